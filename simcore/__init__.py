@@ -1,7 +1,8 @@
-"""simcore: physics for FIRST Robotics Competition robots written in Python.
+"""Physics simulator for FIRST Robotics Competition robots programmed in Python.
 
-The package exports the everyday names and loads each name on first use (PEP 562), so importing the package loads
-neither the physics engine nor wpilib. (PYTEST_DONT_REWRITE: pytest imports the package early; it has no assertions.)
+The package exports the most used names and imports the module of each name on first use (PEP 562). Importing the
+package therefore imports neither the physics engine nor wpilib. (PYTEST_DONT_REWRITE prevents pytest's warning that
+the package is imported before assertions are rewritten; the package contains no assertions.)
 
 >>> from simcore import FieldSymmetry
 >>> FieldSymmetry.__module__
@@ -97,7 +98,7 @@ _HOMES = {
     "robotcode.sim.robot_program": ("part_of",),
     "robotcode.sim.run_variation": ("run_variation",),
     "telemetry.wpilog": ("WpilogSink",),
-    "vision.camera": ("CameraBias", "CameraConfig", "CameraMount", "PiecePipeline", "TagPipeline", "limelight_type"),
+    "vision.camera": ("CameraConfig", "CameraMount", "PiecePipeline", "TagPipeline", "limelight_type"),
     "vision.limelight": ("LimelightSim",),
     "world.field": ("FieldElement", "FieldGeometry"),
     "world.symmetry": ("FieldSymmetry",),
@@ -125,20 +126,25 @@ _OTHERS = {
     "PlayedMatch": "it is Match now",
     "sim": "it is a fixture, which pytest hands to a test: def test_it(sim)",
 }
-"""Hints for former names and for names that no module defines, by name."""
+"""Hints for import errors, by name: former names of simcore, and names that are not attributes of the package."""
 
 
 def __getattr__(name: str) -> Any:
-    """Load an everyday name from the module that defines it."""
+    """Return an exported name from the module that defines the name; import the module on first use.
+
+    Raises:
+        ImportError: If simcore exports no such name but has a hint, e.g. a similar name.
+        AttributeError: If simcore has no hint.
+    """
     if name not in _HOME:
         raise _missing(name)
     return getattr(import_module(_HOME[name]), name)
 
 
 def _missing(name: str) -> Exception:
-    """Return the error for an unknown name; an ImportError if there is a hint.
+    """Return the error for an unknown name: an ImportError with a hint, or an AttributeError without a hint.
 
-    `from simcore import X` hides the message of an AttributeError.
+    An ImportError is needed because `from simcore import X` replaces the message of an AttributeError.
     """
     folder = Path(__file__).parent
     if name.startswith("_") or (folder / name).is_dir() or (folder / f"{name}.py").is_file():
@@ -154,5 +160,5 @@ def _missing(name: str) -> Exception:
 
 
 def __dir__() -> list[str]:
-    """Return the everyday names, for tab completion."""
+    """Return the exported names in alphabetical order, for tab completion."""
     return sorted(__all__)

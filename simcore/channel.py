@@ -1,4 +1,7 @@
-"""Telemetry channel; `simcore.match.channels` defines most channels, games and robot programs add others."""
+"""Definition of a telemetry channel.
+
+`simcore.match.channels` defines most channels. Games and robot programs define additional channels.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +17,12 @@ FIELD_OF = {
     "double": "doubles", "int": "integers", "boolean": "booleans", "string": "strings", "Pose3d": "poses",
     "Pose3d[]": "pose_arrays", "SwerveModuleState[]": "state_arrays", "int[]": "integer_arrays",
 }  # fmt: skip
-"""Field of `simcore.telemetry.snapshot.Snapshot` that holds a channel's value, by kind of channel."""
+"""Name of the field of `simcore.telemetry.snapshot.Snapshot` that holds a channel's values, by type of the values."""
 
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """Telemetry channel: a key and a description of the values.
+    """Telemetry channel: a key, the type and meaning of the values, and a function that reads the values.
 
     >>> Channel("Arm/IsHome", "bool", lambda robot: True, "the arm is at its stop")
     Traceback (most recent call last):
@@ -27,17 +30,21 @@ class Channel:
     """
 
     key: str
-    """Key, without the robot's prefix for a robot channel; the source replaces `<...>` with a name."""
+    """Key of the values.
+
+    The publisher adds the prefix of the robot to the key of a robot channel, and replaces `<...>` with the name of each
+    value.
+    """
     kind: str
     """Type of the values, a key of `FIELD_OF`."""
     of: Callable[[Any], Any]
-    """Function that returns the value, values by name for a key with `<...>`, or None if not published now."""
+    """Function that returns the value, or a dict of values by name for a key with `<...>`; None to publish nothing."""
     meaning: str
     unit: str = ""
     decimals: int | None = None
     """Number of decimal places to which values are rounded; None for no rounding."""
     owner: type = object
-    """Type of the mechanisms with this channel, for mechanism channels."""
+    """Class of the mechanisms or parts that have this channel; ignored for other channels."""
 
     def __post_init__(self) -> None:
         if self.kind not in FIELD_OF:

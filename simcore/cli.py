@@ -1,4 +1,4 @@
-"""The `simcore` command, whose subcommands are loaded when called."""
+"""The `simcore` command, which imports the module of a subcommand only when the subcommand is called."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ __all__ = ["COMMANDS", "Command", "main"]
 
 
 class Command(NamedTuple):
-    """Subcommand, implemented by `add_arguments(parser)` and `run(args) -> int` in its module.
+    """Subcommand of `simcore`: the module that implements the subcommand, and the help text.
 
-    A module whose options depend on other arguments also defines `add_further_arguments(parser, words)`. A module with
-    `takes_command` receives the words after `--` as `args.behind`.
+    The module defines `add_arguments(parser)` and `run(args) -> int`. A module whose options depend on other arguments
+    also defines `add_further_arguments(parser, words)`. If the module sets `takes_command` to True, `args.behind`
+    contains the words after `--`.
     """
 
     module: str
@@ -56,18 +57,25 @@ COMMANDS = {
     ),
     "init": Command("simcore.robot_file.init_command", "write a simcore.toml next to robot.py"),
 }
-"""Subcommands by name; a module may need extras, so each module is imported only when its subcommand is called."""
+"""Subcommands by name.
+
+Each module is imported only when the subcommand is called, because a module may need optional packages.
+"""
 
 
 def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
-    """Run a subcommand, or print the list of subcommands if none is given.
+    """Run a subcommand, or print the help if the arguments contain no subcommand.
 
     Args:
         argv: Arguments without the program's name; None for `sys.argv[1:]`.
-        program: Program name in messages: `simcore`, or the command line up to the options of a subcommand.
+        program: Program name in messages: `simcore`, or the whole command before the options of a subcommand.
 
     Returns:
-        Exit status: 0 for success, 1 for an explained error, 2 for a usage error, 130 after Ctrl-C.
+        Exit status: status of the subcommand, 0 for success; 1 after a reported error, 2 for an argument with a NUL
+        character, 130 after Ctrl-C.
+
+    Raises:
+        SystemExit: If the arguments are invalid (status 2), or after printing the help or version (status 0).
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if any("\0" in word for word in words):
@@ -116,11 +124,11 @@ def _run(words: list[str], program: str) -> int:
 
 
 def _parse(words: list[str], program: str) -> argparse.Namespace | None:
-    """Parse the arguments; return None if the list of subcommands was printed instead.
+    """Parse the arguments; without a subcommand, print the help and return None.
 
     Raises:
         SystemExit: If the arguments are invalid, or `--help` or `--version` was given.
-        SimcoreError: If an object that the arguments depend on cannot be found.
+        SimcoreError: If the options of the subcommand cannot be determined, e.g. for an unknown game.
     """
     parser = _Parser(prog="simcore", description="A physics simulator for FRC robot code.")
     parser.add_argument("--version", action="version", version=f"simcore {__version__}")
@@ -153,7 +161,10 @@ def _parse(words: list[str], program: str) -> argparse.Namespace | None:
 
 @contextmanager
 def _modules_of_folder() -> Iterator[None]:
-    """Append the working directory to the import path while the context lasts, because a console script lacks it."""
+    """Append the working directory to `sys.path` for the duration of the context.
+
+    Python adds the working directory for `python -m simcore`, but not for the console script `simcore`.
+    """
     folder, before = os.getcwd(), list(sys.path)
     if folder not in before and "" not in before:
         sys.path.append(folder)

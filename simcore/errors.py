@@ -43,31 +43,31 @@ class ConfigError(SimcoreError, ValueError):
 
 
 class NonFiniteError(SimcoreError, ValueError):
-    """NaN or infinity where physics needs a finite number."""
+    """Value that is NaN, infinite, too large or not a number, where a finite number is required."""
 
 
 class CapacityError(SimcoreError, RuntimeError):
-    """Request for more game pieces than are available, or for a piece that a robot does not hold."""
+    """Request for more game pieces or more storage space than available, or for a piece that a robot does not hold."""
 
 
 class EngineError(SimcoreError, RuntimeError):
-    """Physics engine that is missing, is closed or rejected a call."""
+    """Physics engine that is not installed or closed, rejects a request, or reaches a state that is not finite."""
 
 
 class FieldMeshError(SimcoreError, ValueError):
-    """Field mesh that cannot be used."""
+    """Field mesh that is unreadable, empty or too large."""
 
 
 class OutputError(SimcoreError, OSError):
-    """Log, page or other output that cannot be written."""
+    """Log, page or other output that cannot be written, or that is closed."""
 
 
 class VendorError(SimcoreError, ImportError):
-    """Vendor library that is missing or from an unsupported year."""
+    """Vendor library or optional package that is not installed or has an unsupported version."""
 
 
 class LogError(SimcoreError, ValueError):
-    """Log that cannot be read."""
+    """Log that cannot be read or lacks the required signals."""
 
 
 class ModelError(SimcoreError, ValueError):
@@ -90,7 +90,7 @@ class UnknownNameError(SimcoreError, KeyError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the question "Did you mean ...?" for an unknown name; empty if no known name is similar."""
+    """Return " Did you mean 'x'?" for the known name x most similar to a name; empty if no known name is similar."""
     return _question(_near(name, sorted(known), 1))
 
 
@@ -103,7 +103,7 @@ def _question(near: list[str]) -> str:
 
 
 def home_of(name: str) -> str:
-    """Return the simcore module that defines a class or function; empty if no module does.
+    """Return the name of the simcore module that defines a top-level class or function; empty for any other name.
 
     >>> home_of("PieceSupply"), home_of("PieceSuply")
     ('simcore.match.game', '')
@@ -116,10 +116,10 @@ def home_of(name: str) -> str:
 
 
 def print_error(program: str, sentence: str) -> None:
-    """Print an error after a blank line and all earlier output.
+    """Flush standard output, then print a blank line and an error message to standard error.
 
     Args:
-        program: Program name as called.
+        program: Program name as entered by the user, printed before the message.
         sentence: Error message.
     """
     sys.stdout.flush()
@@ -127,15 +127,17 @@ def print_error(program: str, sentence: str) -> None:
 
 
 def start_sentence(error: BaseException, folder: Path, *, base: Path | None = None) -> str:
-    """Return the message of a start error, with file and line if the error passed through a project's code.
+    """Return the message for an error that prevents a program from starting.
+
+    The message begins with the file and line of the innermost traceback entry in the project's code, if there is one.
 
     >>> start_sentence(SimcoreError("mass must be > 0 kg, got -1"), Path("/project"))
     'mass must be > 0 kg, got -1'
 
     Args:
         error: Error that was caught.
-        folder: Folder of the project, or its only file; only lines in the project's own files are named.
-        base: Folder to which paths are relative; None for `folder`.
+        folder: Folder of the project, or the file of a project with a single file.
+        base: Folder to which the path in the message is relative; None for `folder`.
     """
     text = str(error) if isinstance(error, SimcoreError) else f"{type(error).__name__}: {error}{_moved(error)}"
     own = [(_file(at), at.tb_lineno) for at in _places(error) if _is_in(_file(at), folder)]
@@ -150,14 +152,15 @@ def start_sentence(error: BaseException, folder: Path, *, base: Path | None = No
 
 
 def leave(error: BaseException, *, program: str, folder: Path) -> NoReturn:
-    """Report an error and exit at once with status 1, as threads of vendor libraries may crash during a normal exit.
+    """Report an error and end the process at once with exit status 1.
 
-    An error that simcore raises on purpose is reported in one sentence. For any other error, a mistake in the project's
-    code or in simcore, a traceback from the first line of the project's code precedes the sentence.
+    The process skips the normal exit, during which threads of vendor libraries may crash. A `SimcoreError` is reported
+    in one sentence. Any other error is a mistake in the project's code or in simcore. For such an error, the function
+    first prints the traceback, without the entries before the project's code.
 
     Args:
         error: Error that prevents the program from starting.
-        program: Program name as called.
+        program: Program name as entered by the user.
         folder: Folder of the project.
     """
     if not isinstance(error, SimcoreError):
@@ -169,7 +172,10 @@ def leave(error: BaseException, *, program: str, folder: Path) -> NoReturn:
 
 
 def outside_part(error: BaseException) -> TracebackType | None:
-    """Return the traceback of an error from the first frame of game or robot code; None without game or robot code."""
+    """Return the part of an error's traceback that starts at the first frame in game or robot code.
+
+    The result is None if all frames are in simcore, Python's standard library or installed packages.
+    """
     here, python = Path(__file__).resolve().parent, Path(traceback.__file__).resolve().parent
     for at in _places(error):
         path = Path(_file(at)).resolve()
@@ -180,7 +186,11 @@ def outside_part(error: BaseException) -> TracebackType | None:
 
 
 def _moved(error: BaseException) -> str:
-    """Return a hint to the new modules of names imported from a former simcore module, to append to a sentence."""
+    """Return a hint for an import that fails because simcore now defines the imported names in other modules.
+
+    The hint states the new module of each name, and is worded for the end of a message. The hint is empty for any other
+    error.
+    """
     asked = str(getattr(error, "name", "") or "")
     if not isinstance(error, ImportError) or asked.partition(".")[0] != "simcore":
         return ""
@@ -204,7 +214,7 @@ def _file(at: TracebackType) -> str:
 
 
 def _is_in(file: str, folder: Path) -> bool:
-    """Return whether a file belongs to a project instead of Python or a library installed in the project's folder."""
+    """Return whether a file exists in a project's folder, but not in a `site-packages` folder of the project."""
     path, folder = Path(file).resolve(), folder.resolve()
     own = path.is_file() and path.is_relative_to(folder)
     return own and "site-packages" not in path.relative_to(folder).parts

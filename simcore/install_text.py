@@ -1,7 +1,7 @@
-"""Commands for installing simcore again from its origin, on this or another computer, for error messages and CI.
+"""Commands that install simcore from the origin of the current installation, for error messages and CI.
 
-A command contains only the distribution's name if pip installed simcore from an index under that name. On another
-index, the name may be unused or belong to another project.
+If pip installed simcore from a package index, a command contains only the name `simcore`. Otherwise, a command contains
+the address of the origin, because the name may be unused or refer to another project on the index.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def install_command(*extras: str, upgrade: bool = False, package: Path = _PACKAGE) -> str:
-    """Return the command that installs extras, including the folder in which to run the command if necessary.
+    """Return the pip command that installs extras, with the folder in which to run the command if necessary.
 
-    The command names a checkout by its folder and an installed package by the origin that pip recorded (PEP 610): a
-    folder, a git address, a file, or an index. If the origin is unknown or missing, the command refers to the folder of
-    simcore's source, which the user has to find.
+    For a source checkout, the command contains the path of the checkout. For an installed package, the command contains
+    the origin that pip recorded (PEP 610): a folder, a git address, a file, or an index. If the origin is unknown or
+    no longer exists, the user has to find the folder of simcore's source and run the command in that folder.
 
     >>> print(install_command("view", package=Path("/home/me/env/site-packages/simcore")))
     `python -m pip install ".[view]"` in the folder of simcore's source
 
     Args:
-        extras: Names of extras; empty for simcore with only its required packages.
-        upgrade: Whether to upgrade installed packages.
+        extras: Names of extras; empty to install simcore with only the required packages.
+        upgrade: Whether pip upgrades packages that are already installed.
         package: Folder of the simcore package.
     """
     pip = f"{_PIP} --upgrade" if upgrade else _PIP
@@ -54,14 +54,16 @@ def install_command(*extras: str, upgrade: bool = False, package: Path = _PACKAG
 
 
 def shared_requirement(*extras: str, source: str = "", package: Path = _PACKAGE) -> str:
-    """Return pip's requirement for installing this version of simcore elsewhere; empty if the origin is unknown.
+    """Return the pip requirement that installs this version of simcore on another computer.
+
+    The result is empty if the origin of the installed simcore is unknown or not public.
 
     >>> shared_requirement("robotpy", package=Path("/home/me/env/site-packages/simcore"))
     ''
 
     Args:
         extras: Names of extras.
-        source: Address for pip, `git+https://...`; empty for the origin of the installed simcore.
+        source: pip address of simcore, e.g. `git+https://...`; empty for the origin of the installed simcore.
         package: Folder of the simcore package.
     """
     name = f"simcore[{','.join(extras)}]"
@@ -72,7 +74,7 @@ def shared_requirement(*extras: str, source: str = "", package: Path = _PACKAGE)
 
 
 def _address(package: Path) -> str:
-    """Return pip's address of the installed commit; empty if the commit exists only on this computer."""
+    """Return the pip address of the installed commit or archive; empty if the origin has no public address."""
     origin = _origin(package)
     url, version_control = str(origin.get("url", "")), origin.get("vcs_info")
     if version_control:
@@ -84,7 +86,11 @@ def _address(package: Path) -> str:
 
 
 def _clone_address(folder: Path) -> str:
-    """Return pip's address of a clone's origin at the checked-out commit, without user name and password."""
+    """Return the pip address of a git clone: https address of the remote `origin`, and the checked-out commit.
+
+    The address contains neither user name nor password. The result is empty if git fails or if the remote has no such
+    address.
+    """
     output = []
     for words in (["remote", "get-url", "origin"], ["rev-parse", "HEAD"]):
         try:
@@ -100,19 +106,19 @@ def _clone_address(folder: Path) -> str:
 
 
 def is_source(folder: Path) -> bool:
-    """Return whether a folder contains simcore's source, so that pip can install simcore from the folder."""
+    """Return whether a folder contains simcore's source, from which pip can install simcore."""
     return (folder / "pyproject.toml").is_file() and (folder / "simcore" / "install_text.py").is_file()
 
 
 def _index_version(package: Path) -> str:
-    """Return the version that pip installed from an index; empty if simcore comes from any other origin."""
+    """Return the version of simcore that pip installed from a package index; empty for any other origin."""
     found = [] if is_source(package.parent) else sorted(package.parent.glob("simcore-*.dist-info"))
     is_named = found and not (found[-1] / "direct_url.json").exists()
     return found[-1].name.removeprefix("simcore-").removesuffix(".dist-info") if is_named else ""
 
 
 def _origin(package: Path) -> Mapping[str, Any]:
-    """Return pip's record of the origin, `direct_url.json` next to the metadata; empty without a readable record."""
+    """Return the origin that pip recorded in `direct_url.json` of the metadata; empty without a readable record."""
     notes = sorted(package.parent.glob("simcore-*.dist-info/direct_url.json"))
     try:
         found = json.loads(notes[-1].read_text(encoding="utf-8")) if notes else {}

@@ -1,8 +1,8 @@
 """Checks of input numbers: allowed range and unit of each quantity, and the error message for an invalid number.
 
-Configs state the quantity of each number with `require_fields`, which checks all other fields by their declared types.
-Functions check an argument with `require`, and readers of files call `Quantity.problem`. The bounds admit every robot
-and field that can be built, but reject sizes in a wrong unit.
+Configs call `require_fields`, which checks each number against a quantity and any other field against the declared
+type. Functions check an argument with `require`. Readers of files call `Quantity.problem`. The ranges include every
+robot and field that can be built, but exclude most sizes in a wrong unit.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ _OTHER_UNITS = {
     "rad": (("degrees", math.pi / 180.0),),
     "1/s": (("rpm", 1.0 / 60.0),),
 }
-"""Common units that users write by mistake, with their size in the SI unit, by SI unit."""
+"""Units that users often use by mistake, each with a name and the size of the unit in SI, by SI unit."""
 
 _TINY = 1e-12  # distance above an open bound within which a number acts like 0 as a divisor
 _MOST_ITEMS = 10_000_000  # largest number of items in a row, because `range(10**12)` is also a sequence
@@ -124,12 +124,12 @@ class Quantity:
     is_open: bool = False
     """Whether `least` is excluded from the range."""
     is_whole: bool = False
-    """Whether the number must be a whole number."""
+    """Whether the range contains only whole numbers."""
     may_be_infinite: bool = False
-    """Whether `math.inf` is allowed, with the meaning of no limit."""
+    """Whether `math.inf` is allowed, which means no limit."""
 
     def problem(self, value: object) -> str | None:
-        """Return the error message for a value, to append to the value's name; None if the value is allowed."""
+        """Return the error message for a value, without the value's name; None if the value is allowed."""
         number = value if type(value) is float else _number(value)
         if number is not None and self.least <= number <= self.most:
             good = number > self.least + _TINY or not self.is_open
@@ -158,21 +158,24 @@ class Quantity:
 MASS = Quantity("kg", 0.0, 1000.0, is_open=True)
 MASS_OR_NONE = Quantity("kg", 0.0, 1000.0)
 ROBOT_LENGTH = Quantity("m", 0.0, 3.0, is_open=True)
-"""Length of a part of a robot or game piece."""
+"""Length of a robot part or of a game piece."""
 WHEEL_RADIUS = Quantity("m", 0.0, 0.3, is_open=True)
 """Radius of wheels, rollers, drums and pinions."""
 ROBOT_HEIGHT = Quantity("m", 0.0, 3.0)
 ROBOT_PLACE = Quantity("m", -3.0, 3.0)
-"""Position relative to a robot, or along a mechanism."""
+"""Coordinate of a position in the robot frame, or position along a mechanism's travel."""
 FIELD_LENGTH = Quantity("m", 0.0, 100.0, is_open=True)
 FIELD_PLACE = Quantity("m", -100.0, 100.0)
 ANGLE = Quantity("rad", -10_000.0, 10_000.0)
 POSE = (FIELD_PLACE, FIELD_PLACE, ANGLE)
-"""Position and heading in the field frame."""
+"""Coordinates x and y, and heading, of a pose in the field frame."""
 ATTITUDE = (Quantity("", -1e6, 1e6),) * 4
 """Components x, y, z, w of a unit quaternion; `require_fields` and `require_attitude` also check the norm."""
 START = (FIELD_PLACE, FIELD_PLACE, Quantity("rad", -math.tau, math.tau))
-"""Position and heading entered by a user; headings are within one turn, because larger numbers are degrees."""
+"""Coordinates x and y, and heading, of a start pose that a user enters.
+
+A heading of more than one turn is rejected, because the user has probably entered degrees.
+"""
 DEGREES = Quantity("deg", -36_000.0, 36_000.0)
 FIELD_OF_VIEW = Quantity("deg", 1.0, 179.0)
 NOISE_DEGREES = Quantity("deg", 0.0, 360.0)
@@ -208,7 +211,7 @@ FRICTION = Quantity("", 0.0, 10.0)
 FACTOR = Quantity("", 0.0, 1000.0)
 POSITIVE = Quantity("", 0.0, 1000.0, is_open=True)
 GEARING = Quantity("", 0.0, 10_000.0, is_open=True)
-"""Rotor turns per turn of the driven part [-]."""
+"""Reduction of a gearbox: motor rotor turns per turn of the driven part [-]."""
 RATIO = Quantity("", -1000.0, 1000.0)
 GAIN = Quantity("", 0.0, 1e6)
 COUNT = Quantity("", 0, 10_000, is_whole=True)
@@ -216,17 +219,17 @@ MOTORS = Quantity("", 1, 20, is_whole=True)
 PORT = Quantity("", 0, 65_535, is_whole=True)
 
 Row: TypeAlias = "tuple[Quantity | Row, ...] | list[Quantity | Row]"
-"""Quantities of the numbers in a row, possibly nested; a list with one quantity allows a row of any length."""
+"""Quantity of each number in a row, possibly nested; a list with one quantity is for rows of any length."""
 
 
 def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
-    """Check that a number is in range.
+    """Check that a value is a number in the allowed range.
 
     Args:
-        owner: Owner of the number, for the error message.
+        owner: Name of the config or function that has the number, for the error message.
         name: Name of the number, for the error message.
         value: Value to check, of any type.
-        quantity: Allowed values.
+        quantity: Allowed range and unit.
 
     Raises:
         ConfigError: If the value is not allowed; the message states the value, the allowed values and the unit.
@@ -241,7 +244,7 @@ def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
 
 
 def checked_number(what: str, value: Any) -> float:
-    """Return a commanded value as a plain float.
+    """Return a commanded value as a Python float after checking the value.
 
     Args:
         what: Name of the command, for the error message.
@@ -257,7 +260,7 @@ def checked_number(what: str, value: Any) -> float:
 
 
 def require_row(owner: str, name: str, values: Any, row: Row) -> None:
-    """Check the length and all numbers of a row, for example a position.
+    """Check the length of a row of numbers, e.g. a position, and check each number against a quantity.
 
     Raises:
         ConfigError: If the length or a number is wrong; the message states the index of the number, from 0.
@@ -277,10 +280,10 @@ def require_row(owner: str, name: str, values: Any, row: Row) -> None:
 
 
 def require_count(what: str, values: Any, count: int, things: str) -> None:
-    """Check that a command has `count` values, one for each of the named things.
+    """Check that a command has one value for each of `count` things, e.g. swerve modules.
 
     Raises:
-        ConfigError: If `values` is not a row or has another length.
+        ConfigError: If `values` is not a sequence or array, or if the length is not `count`.
     """
     is_row = hasattr(values, "__len__") and not isinstance(values, (str, dict)) and getattr(values, "ndim", 1) > 0
     if not is_row or len(values) != count:
@@ -300,10 +303,10 @@ def require_attitude(owner: str, name: str, quat: Any) -> None:
 
 
 def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, least: int = 0) -> None:
-    """Check that a value is an array of at least `least` points, shape (n, 3), with all numbers in range.
+    """Check that a value is an array of at least `least` points, shape (n, 3), with all coordinates in a range.
 
     Raises:
-        ConfigError: If the shape, the type or a number is wrong; the message states the row of the number, from 0.
+        ConfigError: If the shape, the type or a coordinate is wrong; the message states the row and column, from 0.
     """
     import numpy as np  # imported here to save 0.1 s in commands that only print their options
 
@@ -319,19 +322,19 @@ def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, le
 
 
 def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quantity | Row) -> None:
-    """Check all fields of a config; call this function first in `__post_init__`.
+    """Check all fields of a config, and convert numbers and lists; call this function first in `__post_init__`.
 
-    Fields without a quantity are checked by their declared types: configs, shapes, text, literals, and tuples or dicts
-    of these types. Numbers of other libraries are converted to Python's number types, and lists to tuples.
+    A field without a quantity is checked against the declared type, e.g. a config, a string, a literal, or a tuple or
+    dict of these types. The function replaces numbers of other libraries with Python numbers, and lists with tuples.
 
     Args:
-        config: Config to check.
-        owner: Name for the error message; empty for the class name.
-        fields: Allowed values of each numeric field, or of each value in a dict. None is allowed if None is the default
-            of the field.
+        config: Config to check and change.
+        owner: Name of the config in the error message; empty for the class name.
+        fields: Quantity of each numeric field, or of each value of a field that is a dict. None is an allowed value if
+            None is the field's default.
 
     Raises:
-        ConfigError: If a field is wrong; the message states owner, field, value, allowed values and unit.
+        ConfigError: If a field is invalid; the message states owner, field, value, allowed values and unit.
     """
     owner = f"{owner}" or type(config).__name__
     kinds = _field_types(type(config))
@@ -366,14 +369,17 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
 
 
 class _ByName(type):
-    """Metaclass for placeholders of classes imported only for type checking; instances are matched by class name."""
+    """Metaclass of placeholders for classes that a module imports only for type checking.
+
+    `isinstance` accepts an object whose class or base class has the name of the placeholder.
+    """
 
     def __instancecheck__(cls, value: object) -> bool:
         return any(base.__name__ == cls.__name__ for base in type(value).__mro__)
 
 
 class _Names(dict[str, Any]):
-    """Namespace for evaluating a module's annotations, with placeholders for unknown names."""
+    """Namespace in which a module's annotations are evaluated, with placeholder classes for unknown names."""
 
     def __missing__(self, name: str) -> Any:
         return getattr(builtins, name, None) or _ByName(name, (), {})
@@ -381,7 +387,7 @@ class _Names(dict[str, Any]):
 
 @cache
 def _field_types(config: type[DataclassInstance]) -> dict[str, Any]:
-    """Return the declared types of a config's fields, by name."""
+    """Return the declared type of each field that the config's constructor sets, by name; base classes first."""
     types: dict[str, Any] = {}
     for base in reversed(config.__mro__):
         names = _Names(vars(sys.modules[base.__module__]))
@@ -393,7 +399,10 @@ def _field_types(config: type[DataclassInstance]) -> dict[str, Any]:
 
 
 def _misfit(name: str, value: Any, kind: Any) -> tuple[str, Any, Any] | None:
-    """Return path, value and declared type of the first type error in a value, or None; numbers are not checked."""
+    """Return the path, value and declared type of the first part of a value that has a wrong type.
+
+    The result is None if all types are right. Numbers are not checked.
+    """
     origin, parts = get_origin(kind), get_args(kind)
     fits = True
     if origin in (Union, UnionType):
@@ -445,7 +454,7 @@ def _type_text(kind: Any) -> str:
 
 
 _OWN_BUSES = ("", "rio", "can_s2")
-"""Names of the default CAN bus of a roboRIO and, since 2027, of a Systemcore.
+"""Names of the robot controller's default CAN bus: empty, `rio` (roboRIO) or `can_s2` (Systemcore, since 2027).
 
 Source: `CANBus` of phoenix6 26.3.0 and 26.70.0a2.
 """
@@ -453,7 +462,7 @@ Source: `CANBus` of phoenix6 26.3.0 and 26.70.0a2.
 
 @dataclass(frozen=True, slots=True, order=True)
 class DeviceAddress:
-    """Address of a device on CAN or on a port.
+    """Address of a device on a CAN bus or on a port of the robot controller.
 
     >>> str(DeviceAddress(3, "canivore")), DeviceAddress(3, "rio") == DeviceAddress(3)
     ('canivore:3', True)
@@ -462,7 +471,7 @@ class DeviceAddress:
     """
 
     number: int
-    """CAN id or port channel."""
+    """CAN ID, or channel of the port."""
     bus: str = ""
     """Name of the CAN bus; empty for the robot controller's default bus."""
 
@@ -477,7 +486,7 @@ class DeviceAddress:
 
     @property
     def in_file(self) -> int | str:
-        """Address as written in simcore.toml."""
+        """Address in the form of simcore.toml: the number alone for the default CAN bus, else `bus:number`."""
         return str(self) if self.bus else self.number
 
     @classmethod
@@ -490,7 +499,10 @@ class DeviceAddress:
         return cls(value, bus) if type(value) is int and 0 <= value <= 62 else None
 
     def among(self, built: Iterable[DeviceAddress]) -> DeviceAddress:
-        """Return the only built address with this number if this address has no bus; otherwise, return this address.
+        """Return this address, with the bus taken from the addresses that the robot program has built.
+
+        If this address has no bus and is not one of the built addresses, the method returns the built address with the
+        same number, provided that there is exactly one such address.
 
         >>> DeviceAddress(3).among([DeviceAddress(3, "canivore"), DeviceAddress(4)])
         DeviceAddress(number=3, bus='canivore')
@@ -500,11 +512,11 @@ class DeviceAddress:
 
 
 DeviceKey: TypeAlias = tuple[str, DeviceAddress]
-"""Key of a device or port: model name as written by the maker, and address."""
+"""Key of a device or port: the model name in the maker's spelling, and the address."""
 
 
 def number_flag(quantity: Quantity) -> Callable[[str], float]:
-    """Return an argparse `type` function for a numeric option.
+    """Return an argparse `type` function that parses a number and rejects a number outside the range of a quantity.
 
     >>> number_flag(PORT)("99999")
     Traceback (most recent call last):
@@ -524,7 +536,7 @@ def number_flag(quantity: Quantity) -> Callable[[str], float]:
 
 
 def text_flag(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """Return an argparse `type` function from a function that parses text and raises `SimcoreError`."""
+    """Return an argparse `type` function that calls `read`, and turns a `SimcoreError` into a usage error."""
 
     def checked(text: str) -> Any:
         try:
@@ -536,7 +548,7 @@ def text_flag(read: Callable[[str], Any]) -> Callable[[str], Any]:
 
 
 def row_text(row: Quantity | Row) -> str:
-    """Return the description of a row's allowed values for error messages."""
+    """Return a description of the allowed values of a number or row, for error messages."""
     if isinstance(row, Quantity):
         return str(row)
     if isinstance(row, list):
@@ -546,7 +558,7 @@ def row_text(row: Quantity | Row) -> str:
 
 
 def shown(value: object) -> str:
-    """Return the text of a value for error messages, shortened if longer than eighty characters."""
+    """Return the `repr` of a value for error messages; shorten a text of more than 80 characters."""
     try:
         text = repr(value)
     except Exception:  # more than 4300 digits, too deeply nested, or a broken __repr__
@@ -555,7 +567,7 @@ def shown(value: object) -> str:
 
 
 def _number(value: object) -> float | None:
-    """Return the value as a float; None for a boolean, a value that is not a number, or a number too large."""
+    """Return a number as a float; None for a boolean, a value of another type, or a number too large for a float."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return None
     try:
@@ -565,7 +577,11 @@ def _number(value: object) -> float | None:
 
 
 def _plain(value: Any) -> Any:
-    """Convert numbers of other types (numpy float16, Fraction) to Python's types, as compiled code requires."""
+    """Return a value with all numbers of other types (numpy float16, Fraction) converted to Python numbers.
+
+    Compiled code requires Python numbers. The function converts rows and dicts recursively, and returns other values
+    unchanged.
+    """
     if isinstance(value, Mapping):
         plain = {key: _plain(one) for key, one in value.items()}
         return value if all(plain[key] is one for key, one in value.items()) else plain
@@ -582,7 +598,7 @@ def _plain(value: Any) -> Any:
 
 
 def _as_tuples(value: Any) -> Any:
-    """Convert rows of numbers to tuples, which unlike lists and arrays can be dict keys."""
+    """Return a row with all nested lists and arrays converted to tuples, which are hashable."""
     if getattr(value, "ndim", 0):
         return _as_tuples(value.tolist())
     if not isinstance(value, (tuple, list)):

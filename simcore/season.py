@@ -1,8 +1,9 @@
-"""WPILib of 2026 and 2027 under the names of 2027; the only module that imports WPILib and checks the season.
+"""Access to WPILib 2026 and WPILib 2027 under the names of 2027.
 
-Since 2027, every public name is snake_case. If 2026 is installed, this module adds the names of 2027 to the classes
-that simcore uses (`NAMES`), so that other code works with both seasons. Modules are imported on first use:
-`season.wpilib_simulation` imports wpilib.simulation. Importing this module requires no part of WPILib.
+Only this module imports WPILib and checks the season. Public names of WPILib 2027 are snake_case. With WPILib 2026,
+this module adds the names of 2027 in `NAMES` to WPILib's classes, so that other code works with both seasons. A module
+of WPILib is imported on first use: `season.wpilib_simulation` imports wpilib.simulation. Importing this module requires
+no part of WPILib.
 """
 
 from __future__ import annotations
@@ -41,11 +42,11 @@ _KINDS = "raw double double_array float float_array integer integer_array"
 _SUBSCRIBERS = ("Boolean", "Double", "Integer", "Raw", "String", "DoubleArray", "IntegerArray")
 
 EPOCH = 1e7
-"""Upper bound of a computer's uptime; tests start at a multiple of this time on the controller's clock [s]."""
+"""Upper bound of a computer's uptime [s]; since 2027, a test starts when the clock shows a multiple of this time."""
 
 _GEOMETRY = ("Pose2d", "Pose3d", "Quaternion", "Rotation2d", "Rotation3d", "Transform3d", "Translation3d")
 DRIVES = (*(f"SwerveDrive{n}" for n in (2, 3, 4, 6)), "DifferentialDrive", "MecanumDrive")
-"""Prefixes of the kinematics and odometry classes."""
+"""Prefixes of WPILib's kinematics, odometry and pose estimator classes."""
 
 _KINEMATICS = ("Kinematics", "Odometry", "Odometry3d")
 
@@ -163,8 +164,11 @@ NAMES: dict[str, dict[str, str]] = {
         **{f"{drive}PoseEstimator{space}": "get_estimated_position" for drive in DRIVES for space in ("", "3d")},
     },
 }
-"""Names of 2027, by module and class. An entry `new=old` also gives the name of 2026 if `old` is not `new` in camel
-case; an `old` name with a dot is looked up in the module."""
+"""Names of 2027 that simcore uses, by module and class.
+
+An entry `new=old` also gives the name of 2026 if `old` is not the camelCase form of `new` (or `kNew` for `NEW`). A
+name of 2026 with a dot is the path of the object from the module.
+"""
 
 
 def __getattr__(name: str) -> ModuleType:
@@ -204,7 +208,7 @@ def _value(module: ModuleType, path: str) -> Any:
 
 
 def own_name(owner: Any, name: str, old: str = "") -> str:
-    """Return a WPILib name in the spelling of the installed season, e.g. of a method that robot code overrides.
+    """Return the name of a WPILib object in the installed season, e.g. of a method that robot code overrides.
 
     Args:
         owner: Class or module that defines the name.
@@ -216,7 +220,7 @@ def own_name(owner: Any, name: str, old: str = "") -> str:
 
 
 def class_before_2027(module: str, name: str) -> Any:
-    """Return a class that exists only before 2027; in 2027, return an empty placeholder class."""
+    """Return a class that WPILib removed in 2027; if the class is missing, return an empty class of the same name."""
     return getattr(_module(module), name, None) or type(name, (), {})
 
 
@@ -227,7 +231,13 @@ def loop_classes() -> tuple[Any, ...]:
 
 
 def add_between_loops(robot: Any, call: Callable[[], None], period: float) -> None:
-    """Schedule a function once per period [s], half a period after each loop of a robot of the `loop_classes`."""
+    """Schedule a function to run once per loop period, half a period after each loop of the robot.
+
+    Args:
+        robot: Robot of one of the `loop_classes`.
+        call: Function without arguments.
+        period: Loop period of the robot [s].
+    """
     if isinstance(robot, _module("wpilib").TimedRobot):
         robot.add_periodic(call, period, period / 2.0)
         return
@@ -242,11 +252,11 @@ def add_between_loops(robot: Any, call: Callable[[], None], period: float) -> No
 
 
 def set_mode(mode: str, name: str = "") -> None:
-    """Select a mode on the driver station and, for an OpModeRobot, an op mode.
+    """Select a robot mode on the simulated driver station and, since 2027, an op mode of the robot mode.
 
     Args:
         mode: `autonomous`, `teleop` or `utility` (`test` in 2026).
-        name: Name of the op mode; if unknown, the first op mode of the mode is selected.
+        name: Name of the op mode; an unknown name selects the first op mode of the robot mode, if there is one.
     """
     sim = _module("wpilib.simulation").DriverStationSim
     if hasattr(sim, "setAutonomous"):
@@ -264,7 +274,7 @@ def set_mode(mode: str, name: str = "") -> None:
 
 
 def op_modes(mode: str) -> list[str]:
-    """Return the names of the op modes that the driver station offers in a mode."""
+    """Return the names of the op modes that the simulated driver station offers in a robot mode; empty in 2026."""
     sim, hal = _module("wpilib.simulation").DriverStationSim, _module("hal")
     if not hasattr(sim, "get_opmode_options"):
         return []
@@ -274,7 +284,7 @@ def op_modes(mode: str) -> list[str]:
 
 
 def open_joystick(port: int, *, axes: int, buttons: int, povs: int) -> None:
-    """Connect a joystick with the given numbers of axes, buttons and POVs."""
+    """Connect a simulated joystick with the given numbers of axes, buttons and POV hats to a driver station port."""
     sim = _module("wpilib.simulation").DriverStationSim
     for count, old, new in ((axes, "Axis", "axes"), (buttons, "Button", "buttons"), (povs, "POV", "povs")):
         if hasattr(sim, f"setJoystick{old}Count"):
@@ -284,13 +294,19 @@ def open_joystick(port: int, *, axes: int, buttons: int, povs: int) -> None:
 
 
 def press_button(port: int, number: int, down: bool) -> None:
-    """Press or release a joystick button, numbered from 1 as on a driver's device (WPILib 2027 counts from 0)."""
+    """Press or release a button of a simulated joystick.
+
+    Args:
+        port: Driver station port of the joystick.
+        number: Number of the button, from 1 in both seasons, although WPILib 2027 counts from 0.
+        down: Whether the button is pressed.
+    """
     sim = _module("wpilib.simulation").DriverStationSim
     sim.set_joystick_button(port, number if hasattr(sim, "setJoystickButton") else number - 1, down)
 
 
 def clock_rate() -> float:
-    """Return the rate of NetworkTables timestamps [1/s]: microseconds in 2026, nanoseconds in 2027."""
+    """Return the number of NetworkTables timestamp units per second: 1e6 in 2026 or without ntcore, 1e9 in 2027."""
     try:
         return 1e6 if hasattr(import_module("ntcore").NetworkTableInstance, "getDefault") else 1e9
     except ImportError:
@@ -298,19 +314,24 @@ def clock_rate() -> float:
 
 
 def is_chooser(instance: NetworkTables, key: str) -> bool:
-    """Return whether a NetworkTables key holds a `SendableChooser` or, since 2027, a `Selectable`."""
+    """Return whether a NetworkTables key holds a `SendableChooser`; since 2027, also for any key under `/Tunables/`."""
     if instance.get_entry(f"{key}/.type").get_string("") == "String Chooser":
         return True
     return clock_rate() > 1e6 and key.startswith("/Tunables/")
 
 
 def chooser_keys() -> tuple[str, str]:
-    """Return the subkeys of a chooser for the requested choice and for the active choice."""
+    """Return the NetworkTables subkeys of a chooser: the requested choice, and the active choice."""
     return ("selected", "active") if clock_rate() == 1e6 else ("selected/tune", "selected/value")
 
 
 def set_pov(port: int, angle: int | None) -> None:
-    """Press a joystick's first POV hat at an angle clockwise from forward, in steps of 45 [deg]; None to release."""
+    """Press or release the first POV hat of a simulated joystick.
+
+    Args:
+        port: Driver station port of the joystick.
+        angle: Direction clockwise from forward, a multiple of 45 [deg]; None to release the POV hat.
+    """
     sim, wpilib = _module("wpilib.simulation").DriverStationSim, _module("wpilib")
     if hasattr(sim, "setJoystickPOV"):
         sim.setJoystickPOV(port, 0, -1 if angle is None else angle)
@@ -330,13 +351,13 @@ def silence_joystick_warnings() -> None:
 
 
 def spark_sim_name(spark: Any, model: str) -> str:
-    """Return the SimDevice name of a SPARK; since 2027, the name includes the CAN port."""
+    """Return the name of a SPARK's SimDevice: model, CAN ID and, since 2027, CAN port."""
     port = f"{int(spark.get_can_port())}," if hasattr(spark, "get_can_port") else ""
     return f"{model} [{port}{spark.get_device_id()}]"
 
 
 def spark_factors(encoder: Any) -> tuple[float, float]:
-    """Return a SPARK encoder's position and velocity conversion factors; since 2027, both are 1.
+    """Return the position and velocity conversion factors of a SPARK encoder; since 2027, both factors are 1.
 
     Args:
         encoder: Encoder part of the SPARK's `config_accessor`.
@@ -347,7 +368,7 @@ def spark_factors(encoder: Any) -> tuple[float, float]:
 
 
 def spark_wrap(loop: Any) -> tuple[float, float] | None:
-    """Return the wrapping range of a SPARK's position loop, since 2027 one turn; None without wrapping.
+    """Return the input range of a SPARK's position wrapping, since 2027 always 0 to 1; None if wrapping is disabled.
 
     Args:
         loop: Closed-loop part of the SPARK's `config_accessor`.
@@ -360,28 +381,37 @@ def spark_wrap(loop: Any) -> tuple[float, float] | None:
 
 
 def centered_spark_encoder(encoder: Any, written: bool) -> bool:
-    """Return whether a SPARK's absolute encoder counts from -1/2 to 1/2 turn.
+    """Return whether a SPARK's absolute encoder is zero-centered: readings from -1/2 to 1/2 turn.
 
     Args:
         encoder: Encoder part of the SPARK's `config_accessor`.
-        written: Setting written by the program, because the setting cannot be read in 2026.
+        written: Setting that the program wrote; used in 2026, when a program cannot read the SPARK's setting.
     """
     return bool(encoder.is_zero_centered()) if hasattr(encoder, "is_zero_centered") else written
 
 
 def spark_answer(read: Callable[[], Any], value: float | bool) -> Any:
-    """Return a value in the type of a SPARK reading; since 2027, a signal with error and timestamp.
+    """Return a value in the type of a SPARK reading.
+
+    In 2026, a reading is a plain value. Since 2027, a reading is a signal, and the result has the error and timestamp
+    of REVLib's reading.
 
     Args:
-        read: Function that returns REVLib's own reading.
-        value: Value to return instead of REVLib's value.
+        read: Function that returns REVLib's reading.
+        value: Value that replaces REVLib's value.
     """
     own = read()
     return type(own)(value, own.get_error(), own.get_timestamp()) if hasattr(own, "get_timestamp") else value
 
 
 def show_field(field: Any, *, again: bool = False) -> None:
-    """Publish a `Field2d` under the name that the simulation GUI shows; call with `again` after each change."""
+    """Publish a `Field2d` under the key that the simulation GUI displays.
+
+    Args:
+        field: Field to publish.
+        again: Whether the field is already published and has changed. In 2026, such a call has no effect, because
+            SmartDashboard publishes changes automatically.
+    """
     wpilib = _module("wpilib")
     if not hasattr(wpilib, "SmartDashboard"):
         import_module("telemetry").log("Field", field)
@@ -395,24 +425,26 @@ def module_speed(state: Any) -> float:
 
 
 def pwm_speed(sim: Any) -> float:
-    """Return the requested motor output [-1..1] of a PWM signal with pulses of 1 to 2 ms."""
+    """Return the motor output [-1..1] that robot code requests by PWM; since 2027, for pulses of 1 to 2 ms."""
     if hasattr(sim, "getSpeed"):
         return float(sim.getSpeed())
     return max(-1.0, min(1.0, (float(sim.get_pulse_microsecond()) - 1500.0) / 500.0))
 
 
 def pwm_position(sim: Any) -> float:
-    """Return the requested servo position [0..1] of a PWM signal with pulses of 1 to 2 ms."""
+    """Return the servo position [0..1] that robot code requests by PWM; since 2027, for pulses of 1 to 2 ms."""
     return float(sim.getPosition()) if hasattr(sim, "getPosition") else 0.5 * (pwm_speed(sim) + 1.0)
 
 
 def robot_test_plugin(robot_class: Any, robot_file: Path, patience: float) -> Any:
-    """Return RobotPy's pytest plugin for one robot in its own process, from pyfrc or wpilib.testing.
+    """Return RobotPy's pytest plugin for a robot that is tested in a separate process.
+
+    The plugin is part of wpilib.testing if that module is installed, and otherwise part of pyfrc.
 
     Args:
         robot_class: Robot class of the program.
         robot_file: Path of robot.py.
-        patience: Longest wall time for the program to start [s].
+        patience: Longest wall time for the robot program to start [s], used only by the plugin of pyfrc.
     """
     if is_installed("wpilib.testing"):
         return import_module("wpilib.testing.pytest_plugin").RobotTestingPlugin(robot_class, robot_file, True)
@@ -420,18 +452,18 @@ def robot_test_plugin(robot_class: Any, robot_file: Path, patience: float) -> An
 
 
 def test_controller() -> Any:
-    """Return the wpilib.testing module that starts a robot under test."""
+    """Return the module `wpilib.testing.controller`, which starts a robot under test."""
     return import_module("wpilib.testing.controller")
 
 
 def led_sim(channel: int) -> Any:
-    """Return the simulation object of the `AddressableLED` on a channel."""
+    """Return the `AddressableLEDSim` of the LED strip on a channel."""
     cls = _module("wpilib.simulation").AddressableLEDSim
     return cls.createForChannel(channel) if hasattr(cls, "createForChannel") else cls(channel)
 
 
 def is_led_running(sim: Any) -> bool:
-    """Return whether an LED strip is started; since 2027, always True."""
+    """Return whether robot code has started an LED strip; since 2027, always True."""
     return bool(sim.getRunning()) if hasattr(sim, "getRunning") else True
 
 
@@ -443,10 +475,11 @@ def show_input_current(amps: float) -> None:
 
 
 def start_of_clock() -> float:
-    """Return the time at which a robot under test starts, on the controller's clock [s].
+    """Return the time on the robot controller's clock at which a robot under test starts [s].
 
-    RobotPy resets the clock before each test. Since 2027, the reset has no effect, because the clock counts from the
-    start of the computer. Therefore, this function stops the clock at the next multiple of `EPOCH`.
+    In 2026, the time is 0, because RobotPy resets the clock before each test. Since 2027, the reset has no effect,
+    because the clock counts from the start of the computer. Therefore, in 2027 this function pauses the clock and steps
+    the clock to the next multiple of `EPOCH`.
     """
     sim = _module("wpilib.simulation")
     if hasattr(sim.DriverStationSim, "setAutonomous"):
@@ -458,7 +491,10 @@ def start_of_clock() -> float:
 
 
 def user_rails() -> list[tuple[Any, Any]]:
-    """Return two setters for each user rail of the robot controller: rail active, and number of faults."""
+    """Return two setters for each user rail of the robot controller: the active state, and the number of faults.
+
+    The rails are 6 V and 5 V, if the installed season has these rails, and then 3.3 V.
+    """
     sim = _module("wpilib.simulation").RoboRioSim
     rails = [
         (getattr(sim, f"setUserActive{rail}"), getattr(sim, f"setUserFaults{rail}"))
@@ -469,7 +505,7 @@ def user_rails() -> list[tuple[Any, Any]]:
 
 
 def camel_case(name: str, *, first: bool = False) -> str:
-    """Convert a snake_case name of 2027 to the camelCase name of 2026, or to CamelCase with `first`.
+    """Convert a snake_case name of 2027 to the camelCase name of 2026, or to PascalCase if `first` is True.
 
     >>> camel_case("get_double_topic"), camel_case("value_all", first=True)
     ('getDoubleTopic', 'ValueAll')
@@ -484,9 +520,9 @@ _SEASONAL |= {f"robotpy-{part}" for part in "commands-v2 wpilib-utilities rev ct
 
 
 def installed_seasons(distributions: Iterable[tuple[str, str]]) -> dict[int, list[str]]:
-    """Return the names and versions of installed WPILib and vendor packages, by season.
+    """Return the name and version of each installed WPILib or vendor package, by season.
 
-    Phoenix 6 has its own version scheme; versions from 26.50 on belong to 2027.
+    The version numbers of Phoenix 6 do not follow the season: versions from 26.50 to 26.99 are for 2027.
 
     >>> installed_seasons([("wpilib", "2026.2.2"), ("phoenix6", "26.70.0a2"), ("numpy", "2.4")])
     {2026: ['wpilib 2026.2.2'], 2027: ['phoenix6 26.70.0a2']}
@@ -508,7 +544,10 @@ def installed_seasons(distributions: Iterable[tuple[str, str]]) -> dict[int, lis
 
 
 def mixed_seasons(seasons: dict[int, list[str]]) -> str:
-    """Return an error sentence that names the odd libraries if several seasons are installed; empty otherwise."""
+    """Return an error message if packages of several seasons are installed; empty otherwise.
+
+    The message names the packages whose season differs from the season of WPILib.
+    """
     if len(seasons) < 2:
         return ""
     main, *others = sorted(seasons, key=lambda year: (any(t.startswith("wpilib ") for t in seasons[year]), year))[::-1]
@@ -517,7 +556,7 @@ def mixed_seasons(seasons: dict[int, list[str]]) -> str:
 
 
 def is_installed(name: str) -> bool:
-    """Return whether a package of WPILib can be imported."""
+    """Return whether a module of WPILib is installed."""
     try:
         return find_spec(name) is not None
     except ModuleNotFoundError:  # the parent package is missing
@@ -525,7 +564,7 @@ def is_installed(name: str) -> bool:
 
 
 def pub_sub_options(**options: Any) -> Any:
-    """Return NetworkTables `PubSubOptions`, with option names of 2027 such as `periodic` and `poll_storage`."""
+    """Return NetworkTables `PubSubOptions` from options named as in 2027, such as `periodic` and `poll_storage`."""
     options_class = _module("ntcore").PubSubOptions
     try:
         return options_class(**options)
@@ -534,7 +573,7 @@ def pub_sub_options(**options: Any) -> Any:
 
 
 def is_local(instance: NetworkTables) -> bool:
-    """Return whether an instance is local to this program, as under `robotpy test`."""
+    """Return whether a NetworkTables instance is in local mode, without a network, as under `robotpy test`."""
     modes = _module("ntcore").NetworkTableInstance.NetworkMode
     local = modes.LOCAL if hasattr(modes, "LOCAL") else modes.kNetModeLocal
     return int(instance.get_network_mode()) == int(local)
@@ -556,9 +595,9 @@ def initialize_hal() -> None:
 
 
 def start_server(instance: NetworkTables, address: str, port: int) -> None:
-    """Start a NetworkTables 4 server at an address, without a persistent file or mDNS announcement.
+    """Start a NetworkTables 4 server at an address and port, without a persistent file or mDNS announcement.
 
-    NetworkTables time then counts from the start of the process, as in a robot program, instead of from 1970.
+    NetworkTables timestamps then count from the start of the process, as in a robot program, instead of from 1970.
     """
     _module("ntcore")
     import_module("hal")  # this import only sets the clock of ntcore's timestamps

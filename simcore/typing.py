@@ -22,7 +22,7 @@ FloatSupplier: TypeAlias = Callable[[], float]
 
 
 def alliance_in(name: str) -> Alliance | None:
-    """Return the alliance, `blue` or `red`, that is the first word of a name; None for any other name.
+    """Return `blue` or `red` if this color is the first word of a name, regardless of case; None for any other name.
 
     >>> alliance_in("blue_tower"), alliance_in("RedShelf"), alliance_in("bluebird")
     ('blue', 'red', None)

@@ -1,4 +1,7 @@
-"""Conversion of the game manual's units to SI, so that code contains numbers as printed, and a portable sum."""
+"""Conversions to SI units, standard gravity, the length of a tick, and a reproducible sum.
+
+Code contains dimensions in the units that the game manual prints, and converts the dimensions with these functions.
+"""
 
 from __future__ import annotations
 
@@ -44,10 +47,10 @@ def rpm(value: float) -> float:
 
 
 def plain_sum(values: Iterable[float]) -> float:
-    """Return the sum from left to right, bit-identical in every Python version.
+    """Return the sum of values, added from left to right, with the same bits in every Python version.
 
-    Since Python 3.12, the builtin `sum` compensates for rounding errors of floats, so a simulation with `sum` would
-    give different results in older versions.
+    The builtin `sum` compensates for rounding errors of floats since Python 3.12. A simulation that uses `sum` would
+    therefore give other results in older versions of Python.
 
     >>> plain_sum([0.1] * 10)
     0.9999999999999999

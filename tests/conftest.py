@@ -1,4 +1,4 @@
-"""Import path for the modules in `shared/`, which tests of several folders import."""
+"""Import paths of the modules in `scripts/` and `tests/shared/`, which tests of several folders import."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The command without a subcommand, its version, and the help of scripts."""
+"""The command `simcore`: help, version, error messages and loaded modules; help of the scripts."""
 
 import re
 import subprocess
@@ -40,7 +40,7 @@ def test_listing_the_commands_loads_no_heavy_module():
 
 
 @pytest.mark.parametrize("name", ["generate_rebuilt_field", "make_layout"])
-def test_the_help_of_a_script_writes_no_file(name):
+def test_printing_the_help_of_a_script_changes_no_model(name):
     models = {path: path.stat().st_mtime_ns for path in (ROOT / "models").rglob("*")}
     words = [sys.executable, str(ROOT / "scripts" / f"{name}.py"), "--help"]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
@@ -69,7 +69,7 @@ def test_every_script_has_a_help_text():
         (["compare", "depot"], "'depot' with what? Give two folders with a robot.py, or two autos of the game"),
     ],
 )
-def test_a_mistyped_command_is_answered_with_the_nearest_command(words, said, capsys):
+def test_the_error_for_a_mistyped_command_says_how_to_correct_it(words, said, capsys):
     try:
         assert main(words) == 1
     except SystemExit as end:
@@ -78,7 +78,7 @@ def test_a_mistyped_command_is_answered_with_the_nearest_command(words, said, ca
     assert said in error and len(error.strip().splitlines()) == 1
 
 
-def test_the_help_has_the_options_of_the_named_game(capsys):
+def test_the_help_lists_the_options_of_the_named_game(capsys):
     for words, has_cages in (["play"], False), (["play", "rebuilt"], False), (["play", "reefscape"], True):
         with pytest.raises(SystemExit) as end:
             main([*words, "--help"])
@@ -96,7 +96,7 @@ def test_only_the_named_game_is_loaded():
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, timeout=60)
 
 
-def test_the_error_explains_a_decimal_comma(tmp_path):
+def test_the_error_for_a_decimal_comma_suggests_a_decimal_point(tmp_path):
     (tmp_path / "simcore.toml").write_text("[robot]\nbumper_width = 52,5  # cm\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"decimals take a point: 52\.5"):
         read_toml(tmp_path / "simcore.toml")

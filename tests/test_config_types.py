@@ -1,4 +1,4 @@
-"""Every config field is checked for its type at construction, so no config fails later."""
+"""Every config checks the types of its fields at construction."""
 
 import dataclasses
 import importlib
@@ -106,7 +106,7 @@ FOUND = (
     CameraConfig(pipelines=(TagPipeline(), PiecePipeline(piece_class="fuel"))),
     QuestConfig(),
 )
-"""Valid configs; they and their parts include one of every class."""
+"""Valid configs that, with their parts, include an instance of every config class."""
 
 
 def _examples(one: Any, into: dict[type, Any]) -> None:
@@ -131,7 +131,7 @@ def test_the_examples_include_every_config_class():
 
 
 def _taken(config: type, field: str, values: Iterable[object], named: str) -> list[str]:
-    """Return a line for each value that a field accepts, or refuses with another error or without its name."""
+    """Return a line for each value that the field does not refuse with a ConfigError that matches `named`."""
     wrong = []
     for value in values:
         try:
@@ -158,7 +158,7 @@ def test_a_field_refuses_a_value_of_another_type():
     assert len(FIELDS) > 400
 
 
-def test_a_number_field_refuses_other_values_and_a_mass_must_be_positive():
+def test_a_number_field_refuses_nan_text_booleans_and_a_negative_mass():
     wrong = []
     for config, field in FIELDS:
         before = getattr(EXAMPLES[config], field)
@@ -173,14 +173,14 @@ def test_a_number_field_refuses_other_values_and_a_mass_must_be_positive():
     assert wrong == []
 
 
-def test_a_zone_of_another_class_raises_an_error_of_one_sentence():
+def test_the_error_for_a_zone_of_another_class_names_both_classes():
     zone = BoxZone(low=(0.0, 0.0, 0.0), high=(1.0, 1.0, 1.0))
     with pytest.raises(ConfigError) as caught:
         PlacerConfig(joints=(), zone=zone, roller="claw")
     assert str(caught.value).startswith("PlacerConfig: zone must be an IntakeZone, got a BoxZone")
 
 
-def test_the_error_names_the_part_that_is_wrong():
+def test_the_error_names_the_field_and_the_index_or_key_of_an_invalid_value():
     with pytest.raises(ConfigError, match=r"^RobotConfig: placers\[1\] must be a PlacerConfig, got 'claw'$"):
         dataclasses.replace(REEFSCAPE.robot(), placers=(REEFSCAPE.robot().placers[0], "claw"))
     with pytest.raises(ConfigError, match=r"^RobotConfig: mechanisms\['arm'\] must be .* or a ServoConfig, got 5$"):

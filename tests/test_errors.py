@@ -1,4 +1,4 @@
-"""Errors state the problem, the value and what would work, and derive from the builtin that a caller expects."""
+"""Errors state the problem, the value and valid values, and derive from the built-in exception that callers expect."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from simcore import errors
 from simcore.errors import SimcoreError, UnknownNameError, start_sentence
 
 
-def test_an_unknown_name_suggests_the_nearest():
+def test_the_error_for_an_unknown_name_suggests_the_nearest_known_name():
     error = UnknownNameError("auto", "centre", ["left", "depot", "center"])
     assert str(error) == "no auto named 'centre'. Did you mean 'center'? Known: ['center', 'depot', 'left']"
     assert error.nearest == ["center"]
     assert (error.kind, error.name, error.known) == ("auto", "centre", ["center", "depot", "left"])
 
 
-def test_an_unknown_name_without_a_similar_name_lists_the_known_names():
+def test_the_error_for_a_name_unlike_any_known_name_lists_the_known_names():
     assert str(UnknownNameError("auto", "xyz", ["depot"])) == "no auto named 'xyz'. Known: ['depot']"
     assert str(UnknownNameError("auto", None, ["depot"])) == "no auto named None. Known: ['depot']"
     assert str(UnknownNameError("auto", "xyz", [])) == "no auto named 'xyz'. Known: []"
@@ -36,13 +36,13 @@ def test_an_unknown_name_without_a_similar_name_lists_the_known_names():
         ("UnknownNameError", KeyError),
     ],
 )
-def test_every_error_derives_from_simcore_error_and_a_builtin(error, builtin):
+def test_every_error_derives_from_simcore_error_and_a_builtin_exception(error, builtin):
     assert issubclass(getattr(errors, error), SimcoreError)
     assert issubclass(getattr(errors, error), builtin)
 
 
-def test_an_import_of_a_moved_name_gives_its_new_home(tmp_path):
-    """A removed module, and a name that is in another module; an unknown name keeps Python's message."""
+def test_the_import_error_for_a_moved_name_states_its_new_module(tmp_path):
+    """The cases are a removed module, a moved name and an unknown name, which keeps Python's message."""
     file = tmp_path / "old.py"
     for line, said in {
         "from simcore.gamepiece.config import GamePieceConfig": "pieces.kinds import GamePieceConfig",

@@ -1,4 +1,4 @@
-"""Install command for an extra, by the origin of the installed simcore."""
+"""The command that installs an extra names the origin of the installed simcore."""
 
 import importlib.util
 import json
@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 @pytest.fixture
 def installed(tmp_path):
-    """Return a function that gives the command for a package with an origin, next to the folder of a source."""
+    """Return a function that records an origin in direct_url.json and returns the install command."""
     package = tmp_path / "site-packages" / "simcore"
     note = package.parent / "simcore-1.0.0.dist-info" / "direct_url.json"
     note.parent.mkdir(parents=True)
@@ -64,7 +64,7 @@ def test_the_install_command_repeats_a_git_address_or_the_url_of_a_file(installe
     assert installed(origin, "view") == f'`python -m pip install "{wanted}"`'
 
 
-def test_the_command_names_the_source_folder_or_file_only_while_it_exists(installed, tmp_path):
+def test_the_install_command_names_the_source_folder_or_file_only_while_it_exists(installed, tmp_path):
     source, wheel = tmp_path / "the source", tmp_path / "simcore.whl"
     from_folder = {"url": source.as_uri(), "dir_info": {}}
     from_file = {"url": wheel.as_uri(), "archive_info": {}}
@@ -78,7 +78,7 @@ def test_the_command_names_the_source_folder_or_file_only_while_it_exists(instal
         assert installed(origin, "view") == somewhere
 
 
-def test_the_install_command_names_a_package_from_an_index(tmp_path):
+def test_the_install_command_names_only_the_package_if_it_came_from_an_index(tmp_path):
     package = tmp_path / "simcore"
     (tmp_path / "simcore-1.2.0.dist-info").mkdir(parents=True)
     assert install_command("view", package=package) == '`python -m pip install "simcore[view]"`'
@@ -98,7 +98,7 @@ def test_the_install_command_names_a_package_from_an_index(tmp_path):
         (None, ""),
     ],
 )
-def test_another_computer_installs_simcore_from_the_origin_of_this_clone(tmp_path, remote, told):
+def test_the_shared_requirement_names_the_origin_and_the_commit_of_the_clone(tmp_path, remote, told):
     (tmp_path / "simcore").mkdir()
     (tmp_path / "simcore" / "install_text.py").touch()
     (tmp_path / "pyproject.toml").touch()

@@ -1,4 +1,4 @@
-"""Numbers from users: refusals with their words, and accepted values."""
+"""Checks of numbers from users: error messages and accepted values."""
 
 import math
 from dataclasses import dataclass
@@ -74,7 +74,7 @@ def test_the_error_names_the_index_of_a_bad_number_in_a_row(row: Row, values, sa
         require_row("Robot", "start", values, row)
 
 
-def test_the_error_names_the_row_and_the_axis_of_a_bad_point():
+def test_the_error_names_the_index_of_a_bad_point_or_the_required_shape():
     require_points("Hull", "points", np.eye(3), FIELD_PLACE, least=3)
     with pytest.raises(ConfigError, match=r"Hull: points\[1, 2\] must be a number from -100 to 100 m, got inf"):
         require_points("Hull", "points", np.array([[0.0, 0.0, 0.0], [0.0, 0.0, math.inf]]), FIELD_PLACE)
@@ -100,7 +100,7 @@ class Unprintable:
         raise RuntimeError("no")
 
 
-def test_a_value_that_is_too_long_or_not_printable_is_still_refused():
+def test_huge_and_unprintable_values_raise_a_config_error():
     for value in (10**5000, Unprintable(), [Unprintable()]):
         said = f"must be a whole number from 0 to 10000, got {type(value).__name__} that cannot be shown"
         with pytest.raises(ConfigError, match=said):
@@ -113,7 +113,7 @@ def test_a_value_that_is_too_long_or_not_printable_is_still_refused():
 
 @dataclass(frozen=True, slots=True)
 class Plate:
-    """Config with one field of each form."""
+    """Config with a number and a tuple of numbers."""
 
     mass: float
     place: tuple[float, float, float]
@@ -123,7 +123,7 @@ class Plate:
 
 
 @each("kind", [np.float16, np.float32, np.longdouble, np.int8, int])
-def test_numbers_of_other_types_become_plain_numbers(kind):
+def test_numpy_numbers_in_a_config_become_python_numbers(kind):
     plate = Plate(kind(5), (kind(1), 2.0, kind(0)))
     assert {type(plate.mass), *map(type, plate.place)} <= {int, float}
     assert Plate(1.0, np.zeros(3, dtype=np.float16)).place == (0.0, 0.0, 0.0)
@@ -134,8 +134,8 @@ def test_a_tiny_number_is_refused_if_zero_is_refused():
         Plate(5e-324, (0.0, 0.0, 0.0))
 
 
-def test_rows_declared_as_tuples_become_tuples():
-    """Tuples can be keys of dicts; minus zero becomes zero."""
+def test_lists_and_arrays_in_tuple_fields_become_tuples():
+    """Tuples are hashable; -0.0 becomes 0.0."""
     for origin in ([0.1, -0.0, 0.3], np.array([0.1, 0.0, 0.3]), (np.float32(0.5), 0.0, -0.0)):
         joint = Joint(mechanism="arm", axis=(0.0, 1.0, 0.0), origin=origin)
         assert type(joint.origin) is tuple and hash(joint) and "-0.0" not in repr(joint.origin)

@@ -58,7 +58,7 @@ def neutral(robot: ScriptedRobot) -> Steps:
     yield from robot.drive_to(FIELD_LENGTH / 2 - 0.3, y - 1.2, math.pi * 0.75, speed=1.5, tolerance=0.2)
     yield from robot.drive_to(_HUB_X + 1.7, y, math.pi, speed=3.0, tolerance=0.2)
     robot.spin_up(HUB_TARGET)
-    # At 2.5 m/s, one robot in ten gets stuck with its wheels in the air on fuel that it has pushed over the bump.
+    # At 2.5 m/s, one robot in ten would get stuck with the wheels in the air, on fuel pushed over the bump.
     yield from robot.drive_to(_HUB_X - 1.6, y, math.pi, speed=1.4, tolerance=0.15)
     yield from robot.drive_to(2.4, 5.2, -0.4, speed=3.0)
     robot.intake(False)

@@ -99,7 +99,7 @@ width. The other 3.3 in must be a part of the frame outside the guardrail, beyon
 TRENCH_ARM_DEPTH: Final = inches(4.0)
 """Depth of the arm across the opening, along x. Source: 6328 (`barWidth`). Tags 17 and 28, on the two sides of the arm,
 are 2.95 in apart."""
-TRENCH_X: Final = HUB_CENTER[0]  # tags 17 and 28 stand on both sides of this line
+TRENCH_X: Final = HUB_CENTER[0]  # tags 17 and 28 are on the two sides of this line
 TRENCH_LEFT_Y: Final = FIELD_WIDTH - TRENCH_CLEAR_WIDTH / 2.0
 """y of the middle of the left trench's clear opening. Tag 22 agrees to 6 mm."""
 TRENCH_RIGHT_Y: Final = TRENCH_CLEAR_WIDTH / 2.0

@@ -82,9 +82,9 @@ class Fouls:
         """Record of the fouls called so far."""
         self._releases = Releases(match)
         self._pins = PinCounts(_FEW_SECONDS)
-        self._shots: dict[int, tuple[int, bool]] = {}  # by slot: robot that shot the fuel, and if from outside its zone
-        self._emerged: dict[int, int] = {}  # by slot of fuel out of a hub: robot that it touched first, or -1
-        self._kept: dict[int, float] = {}  # by slot of such fuel: time since which a robot holds it [s]
+        self._shots: dict[int, tuple[int, bool]] = {}  # by slot: robot that shot the fuel; if outside the zone
+        self._emerged: dict[int, int] = {}  # by slot of fuel out of a hub: first robot in contact, or -1
+        self._kept: dict[int, float] = {}  # by slot of such fuel: time at which a robot took the fuel [s]
         self._thrown: dict[int, int] = {}  # number of fuel that each robot has thrown off the field
         self._closed: dict[tuple[Alliance, str], float] = {}  # time for which passages have been closed [s]
 
@@ -177,14 +177,14 @@ class Fouls:
                         self._towers.awarded.add(other)
 
     def _is_at_tower(self, number: int) -> bool:
-        """Return whether a robot touches the tower of the robot's alliance."""
+        """Return whether a robot touches its own alliance's tower."""
         own = f"{self._match.alliances[number]}_tower_*"
         return any(fnmatchcase(name, own) for name in self._match.contacts.elements(number))
 
     def _by_fuel(self) -> set[tuple[int, int]]:
         """Return pairs of robots that touch the same fuel, in both orders.
 
-        The set is empty if no robot touches the tower of the robot's alliance.
+        The set is empty if no robot touches its own alliance's tower.
         """
         match = self._match
         climbing = [robot.number for robot in match.robots if self._is_at_tower(robot.number)]

@@ -21,11 +21,11 @@ HUB_EXITS = "hub_exits"
 """Name of the option with which scored fuel leaves a hub through the exit into the neutral zone, as on a real field."""
 
 # Estimates: no figures are published for a hub's motors, and the manual says "randomly distributed".
-_DELAY, _DELAY_SPREAD = 1.0, 0.25  # [s]; time from the throat to the exit, and its spread to either side
-_PERIOD = 0.1  # [s]; least time between two fuel from a hub
+_DELAY, _DELAY_SPREAD = 1.0, 0.25  # [s]; time from the throat to the exit, and largest deviation
+_PERIOD = 0.1  # [s]; shortest time between two fuel from a hub
 _SPEED, _SPEED_SPREAD = 2.0, 0.3  # [m/s]
-_FAN, _DIP, _DIP_SPREAD = degrees(15.0), degrees(15.0), degrees(2.5)  # to either side; downward, and its spread
-_CREW = (3.0, 8.0)  # [s]; range of the time until people bring back fuel that left the field
+_FAN, _DIP, _DIP_SPREAD = degrees(15.0), degrees(15.0), degrees(2.5)  # to either side; downward, and largest deviation
+_CREW = (3.0, 8.0)  # [s]; range of the time until field staff return fuel that left the field
 
 
 def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:

@@ -29,7 +29,7 @@ HUMAN_PLAYERS = "human_players"
 
 # Estimates.
 _DUMP_PERIOD = 0.12  # [s] between two fuel through the open door: 24 in 3 s
-_DOOR_OPEN = 1.0  # [s]; time for which one request of a person opens the door: nine fuel
+_DOOR_OPEN = 1.0  # [s]; time for which one request of a user opens the door: nine fuel
 _PUSH_PERIOD = 0.5  # [s] between two fuel pushed out of the corral
 _AT_WALL = 0.05  # [m]; fuel this close to the corral's opening rolls in
 # Fuel out of each opening: distance from the wall [m], height [m], speed [m/s], downward angle [rad].

@@ -25,13 +25,13 @@ _FLIGHT = 1.3  # [s]; time of flight from the muzzle to the hub's sensors
 _ENOUGH, _FEW = 0.8, 0.4  # of the load: enough to go and shoot, and enough if the hub is about to become inactive
 _ZONE_EDGE, _NEAREST, _FARTHEST = 3.6, 1.4, 3.3  # [m]; limits for shots: from the wall, and from the hub's center
 _APART = 1.2  # [m]; distance between centers at which robots can turn without touching
-_SHOOTING_SPOTS = ((2.5, 5.6), (2.2, 4.7), (2.2, 2.9), (2.6, 2.2))  # in the alliance zone, clear of the tower
-_MARGIN = 0.45  # [m]; distance from walls at which a robot can take fuel in
+_SHOOTING_SPOTS = ((2.5, 5.6), (2.2, 4.7), (2.2, 2.9), (2.6, 2.2))  # in the alliance zone, away from the tower
+_MARGIN = 0.45  # [m]; distance from walls at which a robot can take in fuel
 _THROW_FROM, _THROW_TO = (6.6, 1.9), (1.6, 2.2)  # [m]; x, and distance in y from the hub's center
 _TOWER_REACH = 1.6  # [m]; in the end game, players avoid robots this close to the tower (G420)
 _HOOK_UP = 35.0  # [rad]; drum angle with the hook above the low rung
 _CLIMB_TIME, _HANGS = 15.0, 0.08  # [s] before the end; [m] above the carpet
-_EXIT_REACH = 1.3  # [m] in front of a hub's exit: fuel there may not have touched anything yet (G408)
+_EXIT_REACH = 1.3  # [m] in front of a hub's exit: fuel there may not have had a contact yet (G408)
 
 
 def _can_be_taken(places: FloatArray) -> BoolArray:
@@ -60,7 +60,7 @@ def _in_auto(places: FloatArray) -> BoolArray:
 
 
 def _counts(player: Player, ahead: float = 0.0) -> bool:
-    """Return whether fuel that the player shoots in `ahead` [s] will count."""
+    """Return whether fuel will count if the player shoots it after a time `ahead` [s]."""
     rules = player.match.rules
     assert isinstance(rules, RebuiltRules)
     return rules.is_active(player.alliance, player.time + ahead + _FLIGHT)

@@ -65,7 +65,7 @@ class RebuiltRules(Rules):
         self._tower_points: dict[Alliance, int] = dict.fromkeys(ALLIANCES, 0)
 
     def is_active(self, alliance: Alliance, time: float | None = None) -> bool:
-        """Return whether fuel that reaches the sensors at a match time [s], or now if None, counts."""
+        """Return whether fuel that reaches the sensors at a match time [s] counts; None for the present time."""
         return self.hubs.period(alliance, self.match.timer.time if time is None else time) != UNCOUNTED
 
     def hub_light(self, alliance: Alliance) -> str:

@@ -23,7 +23,7 @@ __all__ = ["AUTOS"]
 
 _PAST_LEFT_MARK = ((2.3, 6.7),)
 _PAST_RIGHT_MARK = ((2.3, dim.FIELD_WIDTH - 6.7),)
-"""Waypoint between the right station and the reef, away from the algae on the mark between both [m]."""
+"""Waypoint from the right station to the reef, next to the algae on the mark, blue field frame [m]."""
 
 
 def _load(robot: ScriptedRobot, side: str, way: tuple[tuple[float, float], ...] = ()) -> Steps:

@@ -53,7 +53,7 @@ REEF_CENTER: Final = (inches(176.746), FIELD_WIDTH / 2.0)
 """Center of the reef, midway between tags 18 and 21. Source: 6328."""
 REEF_APOTHEM: Final = inches(65.5) / 2.0
 """Distance from the reef's center to a face. Source: manual. Tags 18 and 21 are twice this distance apart."""
-REEF_ZONE_APOTHEM: Final = inches(93.5) / 2.0  # manual: line 12 in in front of the faces, plus its tape
+REEF_ZONE_APOTHEM: Final = inches(93.5) / 2.0  # manual: line 12 in in front of the faces, plus the tape
 REEF_FACE_YAWS_DEG: Final = (180.0, 120.0, 60.0, 0.0, -60.0, -120.0)
 """Yaw of the outward normals of faces 0 to 5 [degrees], at tags 18, 19, 20, 21, 22 and 17."""
 BRANCH_OFFSET: Final = inches(12.938) / 2.0
@@ -107,7 +107,7 @@ PROCESSOR_OPENING_HEIGHT: Final = inches(20.0)  # manual
 PROCESSOR_OPENING_BOTTOM: Final = inches(7.0)  # manual
 PROCESSOR_FRAME_WIDTH: Final = inches(4.0)  # width of the jambs, estimate
 PROCESSOR_FRAME_TOP: Final = 1.45  # estimate: above the tag
-PROCESSOR_RECESS: Final = 0.005  # offset of the frame behind the guardrail, as tag 16 is 3.8 mm behind it
+PROCESSOR_RECESS: Final = 0.005  # offset of the frame behind the guardrail; tag 16 is 3.8 mm behind the guardrail
 
 # --- Barge -----------------------------------------------------------------------------------------------------------
 

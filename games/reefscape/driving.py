@@ -29,7 +29,7 @@ def _place_near(level: int) -> Callable[[ScriptedRobot], Steps]:
     branches = {(face, side): before_branch(face, side, level)[:2] for face in _FACES for side in ("left", "right")}
 
     def script(robot: ScriptedRobot) -> Steps:
-        yield from raised_to(robot, level)  # else a robot at the reef would lower its coral onto the branches
+        yield from raised_to(robot, level)  # else a robot at the reef would lower the coral onto the branches
         face, side = min(branches, key=lambda branch: math.dist(robot.pose[:2], branches[branch]))
         yield from place_coral(robot, face, side, level)
 

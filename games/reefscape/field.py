@@ -87,7 +87,7 @@ FIELD = arrange(
     ),
     frozenset(),
 )
-"""Definition of the field: size, symmetry, mesh, materials, tags, and cages, all of them deep."""
+"""Definition of the field: size, symmetry, mesh, materials, tags, and six deep cages."""
 
 
 def scoring_zones() -> tuple[ScoringZone, ...]:

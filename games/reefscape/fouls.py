@@ -18,7 +18,7 @@ __all__ = ["BARGE_ZONE", "REEF_ZONE", "Fouls"]
 _MINOR, _MAJOR = 2, 6
 _FEW_SECONDS = 3.0  # [s]; time limit for a pin, and for a second robot beyond the barge
 _LAUNCHED = 1.5  # [m/s], horizontal, relative to the robot; our choice: a coral that is only released is slower
-_KNOCKED = 1.0  # [s]; our choice: a robot that touched a coral less than this before it fell has knocked it off
+_KNOCKED = 1.0  # [s]; our choice: longest time between a robot's contact with a coral and the fall of the coral
 
 REEF_ZONE = hexagon(dim.REEF_CENTER, dim.REEF_ZONE_APOTHEM)
 """Corners of blue's reef zone, in order around the zone [m], shape (6, 2)."""
@@ -42,8 +42,8 @@ class Fouls:
         self._releases = Releases(match)
         self._pins = PinCounts(_FEW_SECONDS)
         self._owners = {body.config.name: body.config.alliance for body in match.hanging}
-        self._released: dict[int, int] = {}  # by slot of algae not yet at rest: robot that released it
-        self._touched: dict[int, tuple[int, float]] = {}  # by slot of coral: robot that touched it last, and time
+        self._released: dict[int, int] = {}  # by slot of algae not yet at rest: robot that released the algae
+        self._touched: dict[int, tuple[int, float]] = {}  # by slot of coral: last robot in contact, and time
 
     def after_tick(self) -> None:
         """Judge the fouls of a tick, after motion and scoring; judge nothing while robots are disabled."""

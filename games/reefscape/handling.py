@@ -84,12 +84,12 @@ def before_station(side: str, aside: float = 0.0) -> Pose:
 
 
 def raise_to(robot: ScriptedRobot, level: int) -> None:
-    """Start to move the elevator to the starting height for placing a coral on a level."""
+    """Command the elevator to the height for approaching a reef level with a coral, without waiting."""
     robot.set_position("elevator", _reach(level, _APPROACH)[1])
 
 
 def raised_to(robot: ScriptedRobot, level: int) -> Steps:
-    """Move the elevator to the starting height for placing a coral on a level, and wait up to 1.5 s."""
+    """Move the elevator to the height for approaching a reef level with a coral, and wait up to 1.5 s."""
     raise_to(robot, level)
     yield from _wait_for_elevator(robot, _reach(level, _APPROACH)[1])
 

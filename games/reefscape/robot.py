@@ -67,7 +67,7 @@ _MECHANISMS: dict[str, MechanismConfig] = {
         inertia=0.6,
         mass=3.0,
         center_of_mass=0.3,
-        min_angle=degrees(-75.0),  # low, so that the arm does not count as lowered while it releases a coral on level 4
+        min_angle=degrees(-75.0),  # low, so that the arm does not count as lowered at the release on level 4
         max_angle=degrees(90.0),
         start_angle=degrees(85.0),
     ),
@@ -169,7 +169,7 @@ def reefscape_robot() -> RobotConfig:
             ComponentConfig(name="funnel roller", joints=(_roller("funnel", -0.15, 0.68),)),
             ComponentConfig(name="hook", joints=(_HOOK,)),
         ),
-        # Effective mass at the elevator's motors, its `carriage_mass`: 3 / 3 + 2 * 3 / 3 + 2 + 3 = 8 kg.
+        # Effective mass at the elevator's motors, which is `carriage_mass`: 3 / 3 + 2 * 3 / 3 + 2 + 3 = 8 kg.
         moving_masses=(
             MovingMass(name="elevator stage 1", mass=3.0, joints=(replace(_LIFT, ratio=_DRUM / 3.0),)),
             MovingMass(name="elevator stage 2", mass=3.0, joints=(replace(_LIFT, ratio=2.0 * _DRUM / 3.0),)),

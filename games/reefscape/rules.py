@@ -133,7 +133,7 @@ class ReefscapeRules(Rules):
             self._judge()
 
     def end(self) -> None:
-        """Judge robots that park or hang at the end of the match; `after_tick` repeats this for 3 s."""
+        """Judge robots that park or hang at the end of the match; `after_tick` repeats the test during assessment."""
         self._judge()
 
     def processed(self, alliance: Alliance) -> int:
@@ -215,7 +215,7 @@ class ReefscapeRules(Rules):
         return early, late
 
     def _worth_of(self, alliance: Alliance) -> int:
-        """Return an alliance's points without points for algae in the processor and for fouls."""
+        """Return an alliance's points, except the points for algae in the processor and for fouls."""
         early, late = self._coral(alliance)
         net = _NET_POINTS * self._count[level_of(alliance, "net")]
         return early + late + net + self._mobility(alliance) + self._barge(alliance)

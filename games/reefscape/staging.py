@@ -28,7 +28,7 @@ _JITTER = 0.001  # [m] to either side: scatter of placement by hand
 
 
 def mark_places() -> FloatArray:
-    """Return the centers of blue's three marks on the carpet [m], shape (3, 2)."""
+    """Return the centers of the three marks for blue's staged pieces on the carpet, field frame [m], shape (3, 2)."""
     return np.array([(dim.MARK_X, y) for y in dim.MARK_YS])
 
 

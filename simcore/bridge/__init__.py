@@ -1,6 +1,6 @@
-"""Bridge to robot programs in Java, C++ or Python that run in their own process and are stepped over a socket.
+"""Bridge to robot programs in Java, C++ or Python: simcore steps a program in another process over a socket.
 
-The program runs with an extension of WPILib's simulated HAL (`extension.c`). The ports that the program opens are
-mirrored in the HAL of simcore's process (`mirrored_ports`), so simcore handles them like the ports of a Python program
-in its own process.
+The program loads an extension of WPILib's simulated HAL (`extension.c`). The module `mirrored_ports` opens the ports of
+the program also in the HAL of simcore's process. simcore therefore handles the ports of the program like the ports of a
+Python program in simcore's process.
 """

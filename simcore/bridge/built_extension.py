@@ -1,4 +1,4 @@
-"""Path of the HAL extension for this computer; `scripts/build_bridge.py` builds the extensions."""
+"""Path of the HAL extension for this computer; the script `scripts/build_bridge.py` builds the extensions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from simcore.errors import ConfigError
 __all__ = ["BUILT", "SOURCE", "TARGETS", "extension_path"]
 
 SOURCE = Path(__file__).with_name("extension.c")
-"""Source file of the extension."""
+"""C source file of the extension."""
 BUILT = Path(__file__).with_name("built")
 """Folder of the built extensions."""
 TARGETS = {
@@ -29,7 +29,7 @@ def extension_path() -> Path:
     """Return the path of the extension for this computer.
 
     Raises:
-        ConfigError: simcore has no extension for this operating system and processor.
+        ConfigError: If simcore has no extension for this operating system and processor.
     """
     key = sys.platform, platform.machine().lower()
     if key not in TARGETS:

@@ -1,7 +1,8 @@
-"""Ports of a program in another process, mirrored in simcore's HAL: outputs are received, inputs are sent.
+"""Mirror, in simcore's HAL, of the ports of a robot program in another process.
 
-`simcore.toml`, drivetrains and mechanisms on ports therefore work as for a Python program. The class of a PWM device,
-and whether the program has inverted the device, are unknown, so signs are those of the PWM signal.
+The mirror receives the outputs of the program and sends the inputs. Drivetrains and mechanisms of `simcore.toml`
+therefore work as with a Python program. The HAL does not report the class of a PWM device or whether the program
+inverts the device, so the signs are those of the PWM signal.
 """
 
 from __future__ import annotations
@@ -28,20 +29,20 @@ _JOYSTICKS = range(6)
 _VALUE_TYPES: dict[int, tuple[str, Callable[[float], Any]]] = {
     1: ("Boolean", bool), 2: ("Double", float), 4: ("Int", int), 8: ("Int", int), 16: ("Long", int),
 }  # fmt: skip
-"""WPILib type name and conversion from a number, by HAL type code; an enum value is converted to its index."""
+"""WPILib type name and conversion from a number, by HAL type code. An enum is represented by the index of its value."""
 _GYROS = {"Gyro:ADIS16448": "ADIS16448_IMU", "Gyro:ADIS16470": "ADIS16470_IMU", "Gyro:ADXRS450": "ADXRS450_Gyro"}
-"""WPILib class of each gyro by the first part of its SimDevice name."""
+"""WPILib class of each gyro, by the first part of the SimDevice name."""
 _INPUT_KINDS = {name: row for row, name in enumerate(INPUTS)}
 _OUTPUT_NAMES = list(OUTPUTS)
 _TEXTS = ("SetGameSpecificMessage", "SetEventName")
 
 
 class MirroredPorts:
-    """Copies, in simcore's HAL, of the ports that a program in another process has opened.
+    """Mirror, in simcore's HAL, of the ports and SimDevices that a program in another process has opened.
 
     Args:
-        settings: Settings of simcore.toml, which list the solenoids.
-        follows: Whether the program's driver station controls the robot, instead of simcore's driver station.
+        settings: Settings of simcore.toml, with the channels of all solenoids, because the HAL does not report these.
+        follows: Whether the driver station of the program controls the robot instead of simcore's driver station.
     """
 
     def __init__(self, settings: RobotSettings, *, follows: bool = False) -> None:
@@ -50,7 +51,7 @@ class MirroredPorts:
         self.has_started = False
         """Whether the program has reached its main loop."""
         self.errors: list[str] = []
-        """Errors and warnings reported by the program; the caller clears the list after reading."""
+        """Errors and warnings that the program has reported. The caller clears the list after reading."""
         self._state: dict[str, dict[tuple[int, int], float]] = {name: {} for name in OUTPUTS}
         self._open: dict[tuple[str, int], Any] = {}
         self._inputs: list[tuple[int, int, int, Callable[[], float]]] = []
@@ -58,7 +59,7 @@ class MirroredPorts:
         self._texts = dict.fromkeys(_TEXTS, "")
         self._choices: dict[str, str] = {}
         self._names: dict[int, tuple[str, str, int, float]] = {}
-        """SimDevice name, value name, type code and initial value, by handle."""
+        """Name of the SimDevice, name of the value, HAL type code and initial value, by handle of the value."""
         self._values: dict[int, Any] = {}
         self._devices: dict[str, Any] = {}
         self._kept: list[Any] = []
@@ -82,7 +83,11 @@ class MirroredPorts:
     # --- from the program -----------------------------------------------------------------------------------------
 
     def take(self, found: Iterable[Record]) -> None:
-        """Store the program's outputs, choosers and errors; after its start, mirror its open ports and SimDevices."""
+        """Store the outputs and errors in records from the program, and publish the choosers.
+
+        If the program has started, also open the program's ports and SimDevices in simcore's HAL, and write the outputs
+        to these ports.
+        """
         changed: list[Record] = []
         choosers: list[list[str]] = []
         opens = False
@@ -152,7 +157,10 @@ class MirroredPorts:
         return sorted(number for (number, _), value in self._state[name].items() if value)
 
     def _make(self, what: str, number: int, build: Any, *args: Any) -> Any:
-        """Open a port, and return its WPILib object, or None if the port is already open or cannot be opened."""
+        """Open a port by calling `build` with `args`, and return the WPILib object of the port.
+
+        Return None if the port is already open or cannot be opened.
+        """
         if (what, number) in self._open:
             return None
         try:
@@ -162,7 +170,10 @@ class MirroredPorts:
         return self._open[what, number]
 
     def _open_ports(self) -> None:
-        """Open the program's ports and register the inputs to send; encoders precede the digital inputs they use."""
+        """Open the ports that the program has opened, and register the inputs to send.
+
+        Encoders come before digital inputs, because an encoder opens two digital inputs.
+        """
         for n in self._opened("GetPWMInitialized"):
             self._make("PWM", n, wpilib.PWMSparkMax, n)
         for n in self._opened("GetEncoderInitialized"):
@@ -253,7 +264,10 @@ class MirroredPorts:
         return found
 
     def driver_station(self) -> list[Record]:
-        """Return changed inputs, texts and chooser selections, then `NEW_DATA`; new joysticks follow next time."""
+        """Return records of changed inputs, driver station texts and chooser selections, with `NEW_DATA` at the end.
+
+        The inputs of a new joystick are included from the next call on.
+        """
         hal.refreshDSData()
         found = self.inputs()
         said = wpilib.MatchState.get_game_data(), wpilib.MatchState.getEventName()

@@ -1,7 +1,7 @@
-"""Frames between simcore and the extension in a robot program, version 1; the format is in docs/bridge.md.
+"""Encoding of the frames between simcore and the extension in a robot program, version 1 of `docs/bridge.md`.
 
-The extension has no built-in list of ports: the first frame, `definitions`, lists the HAL functions that write inputs
-and those that read outputs.
+The extension has no built-in list of ports. The records of `definitions` in the first frame list the HAL functions that
+write inputs and the HAL functions that read outputs.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ HEADER_SIZE = _HEADER.size
 _RECORD = struct.Struct("<BBHid")
 
 _CALLS = ("I", "D", "NI", "ND", "NSI", "NSD", "T")
-"""Argument patterns of HAL functions: index (N), second index (S), and integer (I), number (D) or text (T)."""
+"""Argument patterns of HAL functions: N is an index, S a second index, I an integer, D a double and T a text."""
 INPUTS = {
     "SetRoboRioVInVoltage": "D",
     **{f"SetDriverStation{name}": "I" for name in ("Autonomous", "Test", "Enabled", "EStop", "FmsAttached")},
@@ -38,7 +38,10 @@ INPUTS = {
     **{"SetDIOValue": "NI", "SetAnalogInVoltage": "ND", "SetDutyCycleOutput": "ND"},
     **{"SetAnalogGyroAngle": "ND", "SetAnalogGyroRate": "ND"},
 }
-"""Arguments of HAL functions that write inputs, by name without `HALSIM_`; a row's index is the record kind."""
+"""Argument patterns of the HAL functions that write inputs, by name without `HALSIM_`.
+
+The position of a function in the dictionary is the kind of the records for the function.
+"""
 OUTPUTS: dict[str, tuple[str, int, int]] = {
     "GetProgramStarted": ("I", 1, 1),
     **{f"GetDriverStation{name}": ("I", 1, 1) for name in ("Enabled", "Autonomous", "Test", "AllianceStationId")},
@@ -54,28 +57,28 @@ OUTPUTS: dict[str, tuple[str, int, int]] = {
     **{"GetCTREPCMInitialized": ("NI", 63, 1), "GetCTREPCMSolenoidOutput": ("NSI", 63, 8)},
     **{"GetREVPHInitialized": ("NI", 63, 1), "GetREVPHSolenoidOutput": ("NSI", 63, 16)},
 }
-"""HAL functions read after each step: arguments, number of indices, and number of second indices.
+"""HAL functions to read after each step: argument pattern, number of indices and number of second indices.
 
-Second indices are read only where the value in the row before is not zero. The program replies with the values that
-have changed, starting from 0.
+The extension reads the second indices of an index only if the previous function in the dictionary is not zero at this
+index. The extension sends only values that have changed; the initial value is 0.
 """
 _DEFINE_INPUT, _DEFINE_OUTPUT = 96, 97
 SIM_VALUE, NEW_DATA, CLOCK, END, LOOK, PROCESS = range(100, 106)
-"""Record kinds: value of a SimDevice; new driver station data; clock runs freely (1) or is stepped (0); program must
-end; request for the choosers; process ID of the program."""
+"""Kinds of records, in this order: value of a SimDevice; new driver station data; mode of the program's clock (1 runs
+freely, 0 is stepped); command to end the program; request for the choosers; process ID of the program."""
 VALUE_NAME, CHOOSER, ERROR_TEXT = 128, 129, 130
-"""Kinds of text from the program: device and value names, separated by a zero byte; one of a chooser's key, type,
-default, active and options (second index 1 for a continuation); error message."""
+"""Kinds of texts from the program, in this order: names of a SimDevice and of a value, separated by a zero byte; key,
+type, default option, active option or another option of a chooser (second index 0 for the key, otherwise 1); error."""
 SELECT = 138
-"""Kind of text to the program: key and selected option of a chooser, separated by a zero byte."""
+"""Kind of a text to the program: key and selected option of a chooser, separated by a zero byte."""
 
 
 class VersionError(SimcoreError):
-    """Frame from another version of the extension, or from another program."""
+    """Error for a frame from another version of the extension, or from another program."""
 
 
 class Record(NamedTuple):
-    """Value or text in a frame."""
+    """One value or text of a frame: kind, second index (`sub`), index (`number`), value and text."""
 
     kind: int
     sub: int
@@ -90,7 +93,7 @@ class Record(NamedTuple):
 
 
 def definitions() -> list[Record]:
-    """Return the records of the first frame, which define the rows of `INPUTS` and `OUTPUTS`."""
+    """Return the records that define the functions in `INPUTS` and `OUTPUTS`, for the first frame."""
     inputs = enumerate(INPUTS.items())
     found = [Record(_DEFINE_INPUT, _CALLS.index(call), row, 1.0, name.encode()) for row, (name, call) in inputs]
     rows = OUTPUTS.items()
@@ -103,7 +106,7 @@ def frame(time: int, values: list[Record]) -> bytes:
     """Encode a frame for the program.
 
     Args:
-        time: Time step of the program's clock [us].
+        time: Time by which the extension steps the program's clock [us].
         values: Records in the order in which the extension applies them.
     """
     body = b"".join(_RECORD.pack(r.kind, r.sub, len(r.text), r.number, r.value) + r.text for r in values)
@@ -114,7 +117,7 @@ def frame_size(header: bytes) -> tuple[int, int]:
     """Return the size of the records after a header [bytes], and the time in the header [us].
 
     Raises:
-        VersionError: The header is from another version of the extension, or from another program.
+        VersionError: If the header is from another version of the extension, or from another program.
     """
     magic, size, time = _HEADER.unpack(header)
     if magic[:3] != b"SCB":

@@ -1,4 +1,4 @@
-"""Robot program in its own process: simcore starts the program or waits for it, steps its clock, and ends it."""
+"""Control of a robot program in another process: start the program, step the program's clock, and end the program."""
 
 from __future__ import annotations
 
@@ -35,22 +35,22 @@ _LAST = 6  # lines of output quoted in an error
 
 
 class ProgramError(SimcoreError, RuntimeError):
-    """Robot program that cannot be started, has not connected, hangs or has ended."""
+    """Error for a robot program that cannot be started, does not connect, hangs or has ended."""
 
 
 class RobotProcess:
-    """Process of a robot program, and the socket to its extension.
+    """Process of a robot program, and the socket to the extension in the program.
 
     Args:
         command: Command that starts the program; empty if another process starts the program.
-        patience: Wall time in which the program must connect and reach its first loop [s].
-        hang: Wall time in which a step must finish [s].
-        output: File for the program's output; None for no file.
-        shows: Number of lines of output passed on to stderr.
-        say: Function called with each status message for the user.
+        patience: Limit of the wall time until the program connects and reaches the first loop [s].
+        hang: Limit of the wall time of one step [s].
+        output: File for the console output of the program; None for no file.
+        shows: Number of lines of console output to copy to stderr.
+        say: Function that receives each status message for the user.
 
     Raises:
-        ProgramError: The command cannot be started, or the port is in use.
+        ProgramError: If the command cannot be started, or the port is in use.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class RobotProcess:
         self._last: deque[str] = deque(maxlen=_LAST)
         self._reader: threading.Thread | None = None
         self.time = 0.0
-        """Time on the program's clock [s]."""
+        """Time of the program's clock after the last exchange [s]."""
         self._listener = socket.socket()
         if os.name != "nt":
             self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -129,11 +129,11 @@ class RobotProcess:
         self._reader.start()
 
     def connect(self) -> list[Record]:
-        """Wait for the program's extension to connect, define the ports to exchange, and return the received records.
+        """Wait for the program's extension to connect, send the definitions of the ports, and return received records.
 
         Raises:
-            ProgramError: The program has not connected in time, or has ended.
-            VersionError: The extension has a different version from simcore's.
+            ProgramError: If the program does not connect within `patience`, or has ended.
+            VersionError: If the version of the extension differs from the version that simcore needs.
         """
         end = time.monotonic() + self.patience
         if self._process is None:
@@ -155,10 +155,10 @@ class RobotProcess:
     # --- running ----------------------------------------------------------------------------------------------------
 
     def exchange(self, time_us: int, values: list[Record]) -> list[Record]:
-        """Write values, step the program's clock by `time_us` [us], and return records of the changed outputs.
+        """Send records to the program, step the program's clock by `time_us` [us], and return the program's records.
 
         Raises:
-            ProgramError: The program has ended, or does not finish the step in `hang` seconds of wall time.
+            ProgramError: If the program has ended, or does not finish the step within `hang` seconds of wall time.
         """
         assert self._connection is not None
         try:
@@ -218,7 +218,7 @@ class RobotProcess:
         )
 
     def close(self) -> None:
-        """End the program and its child processes, by force if necessary."""
+        """End the program and all child processes of the program, by force if necessary."""
         self._listener.close()
         if self._connection is not None:
             with contextlib.suppress(OSError):
@@ -252,7 +252,10 @@ class RobotProcess:
     # --- what it prints -----------------------------------------------------------------------------------------------
 
     def _read_output(self, pipe: IO[bytes], file: IO[bytes] | None) -> None:
-        """Read all output, copy the first lines to stderr, and write the output to a file up to a size limit."""
+        """Read the console output of the program until the output ends.
+
+        Copy the first lines to stderr, write up to 10 MB to the file, and keep the last lines for errors.
+        """
         lines = kept = 0
         with contextlib.ExitStack() as stack:
             stack.enter_context(pipe)
@@ -276,7 +279,7 @@ def _patient(end: float) -> float:
 
 
 def _status_text(status: int) -> str:
-    """Describe how a process has ended, from its return code.
+    """Return a description of the return code of a process: the exit status, or the signal that ended the process.
 
     >>> _status_text(3)
     'exit status 3'

@@ -1,4 +1,4 @@
-"""`simcore serve [GAME] -- COMMAND`: run a Java, C++ or Python robot program in its own process, stepped by simcore."""
+"""Command `simcore serve [GAME] -- COMMAND`, which steps a Java, C++ or Python robot program in another process."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from simcore.world.engine_choice import add_engine_option
 __all__ = ["add_arguments", "run", "takes_command"]
 
 takes_command = True
-"""Whether the command takes a program's command line after `--`."""
+"""Whether the command line passes the words after `--` to this command; here the words are the program's command."""
 _SEED = number_flag(Quantity("", 0, 2**32 - 1, is_whole=True))
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 _TABLES = 5810  # default port of NetworkTables
@@ -49,7 +49,7 @@ _SCORES = ("score.blue", "score.red", "score.total")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `simcore serve`."""
+    """Add the arguments and options of `simcore serve`."""
     parser.usage = "%(prog)s [GAME] [options] [-- COMMAND ...]"
     parser.add_argument(
         "game", nargs="?", metavar="GAME", help=f"which game (default: that of {FILE_NAME}, or the newest)"
@@ -99,10 +99,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the command; return the exit status: 0 for success, 1 if `--expect` does not hold, 130 after Ctrl-C.
+    """Run a robot program with the simulation, print the report, and write the log and the page.
+
+    With `--check`, list the ports of the program instead. With `--extension`, print the path of the extension instead.
+
+    Returns:
+        Exit status: 0 for success, 1 if the condition of `--expect` does not hold, 130 after Ctrl-C.
 
     Raises:
-        SimcoreError: The options are invalid, or the program has failed.
+        SimcoreError: If the options are invalid, or the program has failed.
     """
     if options.extension:
         print(extension_path())
@@ -139,7 +144,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    """Print the program's ports, SimDevices and autos, and return 0; no simcore.toml is needed."""
+    """Start the program, print the program's ports, SimDevices and autos, and return exit status 0.
+
+    The function does not need a simcore.toml.
+    """
     _connect_tables(real_time=False)
     process = RobotProcess(options.behind, patience=options.wait, hang=options.hang, say=_say)
     with process, _robot(options, process, follows=False) as robot:
@@ -158,7 +166,10 @@ def _check(options: argparse.Namespace) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Plan:
-    """Name, modes and length of a run [s]; no modes if the program's own driver station sets the mode."""
+    """Name of a run, modes with their durations [s], and total duration [s].
+
+    The run has no modes if the driver station of the program sets the mode.
+    """
 
     name: str
     modes: tuple[tuple[str, float], ...]
@@ -180,7 +191,11 @@ def _plan(options: argparse.Namespace, auto: float, whole: float) -> _Plan:
 
 @dataclass(slots=True)
 class _Times:
-    """Robot pose [m, m, rad] after each tick, and wall time [s], substeps and number of awake pieces of each tick."""
+    """Records of each tick for the report.
+
+    `path` has the robot pose after the tick (x, y, yaw) [m, m, rad]. `ticks` has the wall time [s], the number of
+    substeps and the number of awake pieces.
+    """
 
     path: list[tuple[float, float, float]] = field(default_factory=list)
     ticks: list[tuple[float, int, int]] = field(default_factory=list)
@@ -254,7 +269,7 @@ def _tick(robot: RobotTest, times: _Times) -> None:
 
 
 def _connect_tables(real_time: bool) -> None:
-    """Start NetworkTables within this process only, or in real time as a client of the program's server."""
+    """Start NetworkTables for this process only, or connect to the program's NetworkTables server in real time."""
     tables: Any = season.ntcore.NetworkTableInstance.get_default()
     if real_time:
         tables.startClient4("simcore")

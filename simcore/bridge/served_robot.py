@@ -1,4 +1,4 @@
-"""Robot under test whose program runs in another process, with the interface of `RobotTest`."""
+"""Robot under test with the interface of `RobotTest`, for a robot program that runs in another process."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ _POLL = 0.005  # [s], wall time between checks for the start of the program
 
 
 class Program:
-    """Placeholder for the robot object, which is in another process."""
+    """Placeholder for the program's robot object; the robot object itself is in the other process."""
 
 
 class ServedRobot(RobotTest):
-    """Robot under test for a program in another process, like the fixture `sim`.
+    """Robot under test, like the fixture `sim`, for a robot program in another process.
 
     Args:
         process: Process of the program, started but not yet connected.
@@ -49,7 +49,8 @@ class ServedRobot(RobotTest):
         follows: Whether the program's own driver station enables the robot, for example WPILib's Sim GUI.
 
     Raises:
-        ConfigError: The file is invalid, or names a device that cannot be stepped.
+        ConfigError: If the file is invalid or names a device that cannot be stepped, or if the bridge does not support
+            the WPILib version.
     """
 
     def __init__(
@@ -85,10 +86,10 @@ class ServedRobot(RobotTest):
         super().__init__(control, Program(), PhysicsHook([AttachedPhysics], nullcontext))
 
     def connect(self) -> None:
-        """Connect to the program, wait until the program reaches its main loop, and mirror its open ports.
+        """Connect to the program, set the mode of the program's clock, and wait until the main loop has started.
 
         Raises:
-            ProgramError: The program has not connected or not reached its main loop in time.
+            ProgramError: If the program does not connect, or does not reach its main loop in time.
         """
         end = time.monotonic() + self._process.patience
         self._ports.take(self._process.connect())
@@ -103,24 +104,29 @@ class ServedRobot(RobotTest):
             self._exchange(0.0, [])
 
     def ask_choosers(self) -> None:
-        """Request the program's choosers, and publish them on simcore's NetworkTables."""
+        """Request the choosers of the program, and publish the choosers on simcore's NetworkTables."""
         self._exchange(0.0, [Record(LOOK, 0, 0, 0.0)])
 
     def _run_robot(self) -> None:
         self.connect()
 
     def _build(self) -> None:
-        """Build robot and field from the program's open ports, and step the program's clock by half a part."""
+        """Build the robot and the field for the open ports, and step the program's clock by half a part.
+
+        A part is the fraction of a tick between two exchanges with the program.
+        """
         self._hook.begin(self.robot)
         assert self._hook.engine is not None
         self._served = self._hook.engine[0]
         self._exchange(0.5 * self._served.part, self._ports.driver_station())
 
     def _advance(self, seconds: float) -> None:
-        """Step program and physics in turn, one part of a tick at a time; the first call builds the physics instead.
+        """Step the physics and the program alternately, one part of a tick at a time.
 
-        The program's clock is half a part ahead of the physics. Driver station data are sent with the last part of the
-        tick, in which the program's loop runs, as for a program in this process.
+        The first call only builds the physics.
+
+        The program's clock is half a part ahead of the physics. The driver station data are sent with the last part of
+        the tick, because the program's loop runs in this part, as for a program in this process.
         """
         if self._served is None:
             self._build()  # also takes the first step, as for a program in this process
@@ -158,7 +164,7 @@ class ServedRobot(RobotTest):
 
     @contextmanager
     def _watched(self, awaited: str) -> Iterator[None]:
-        """Set no time limit, because `RobotProcess` limits the time of each step."""
+        """Run the block without a time limit, because `RobotProcess` limits the time of each step."""
         yield
 
 
@@ -166,7 +172,7 @@ def require_ports(settings: RobotSettings) -> None:
     """Check that simcore.toml names only devices that the bridge can step.
 
     Raises:
-        ConfigError: The file names a device that cannot be stepped.
+        ConfigError: If the settings name a device that cannot be stepped.
     """
     table = settings.drivetrain
     named = [("[drivetrain]", model) for model in (table.controller, table.steer_controller, table.gyro) if model]

@@ -1,4 +1,4 @@
-"""Single run of a sweep with a robot program in another process, stepped over the bridge."""
+"""Function that plays one run of a sweep with a robot program in another process, over the bridge."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ __all__ = ["play_project"]
 
 
 def play_project(task: dict[str, Any]) -> dict[str, Any]:
-    """Play one run, and return its metrics and digest; the process cannot play a second run.
+    """Play one run, and return the metrics and the digest of the run by column.
+
+    The process cannot play a second run.
 
     Args:
-        task: Task in the format of `simcore.sweep.one_run`, with the command that starts the program.
+        task: Description of the run from `simcore.sweep.one_run`, with the command that starts the program.
 
     Raises:
-        SimcoreError: The program has failed; the message gives the reason.
+        SimcoreError: If the program has failed; the message gives the reason.
     """
     folder = Path(task["project"])
     os.chdir(folder)

@@ -1,1 +1,1 @@
-"""Calibration of a robot model from logs: log readers, simulation models, and fits with confidence intervals."""
+"""Calibration of a robot model: readers of logs, simulation models, and fits to logs with confidence intervals."""

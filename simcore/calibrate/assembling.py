@@ -1,4 +1,4 @@
-"""Conversion of a log's signals to runs on common times, in meters or radians, with notes on assumptions."""
+"""Conversion of the signals of a log to runs with common sample times, in meters or radians."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ _BEFORE = 0.2  # [s], time kept before the start of a drive
 _LONGEST = 30.0  # [s], longest drive
 _SHORTEST = 0.5  # [s], shortest drive
 _STILL = 0.02  # [m] or [rad], largest motion of a robot at rest
-_STANDS = 0.01  # fraction of the speed that the volts allow, below which a robot is at rest
+_STANDS = 0.01  # fraction of the free speed at the logged voltage, below which a robot is at rest
 
 
 def assembled(
     log: Log, *, sided: bool, radius: float | None, volts_per_speed: float, gearing: float,
     devices: Mapping[str, str] | None = None, said: Mapping[str, str] | None = None, about: str = "",
 ) -> tuple[list[Run], list[str]]:  # fmt: skip
-    """Return the runs in a log in SI units on common times, and notes on assumptions.
+    """Return the runs in a log, with common sample times and SI units, and notes on the assumptions made.
 
     Args:
         log: Log to convert.
-        sided: Whether to separate left and right sides, for a tank drive.
-        radius: Wheel radius of the described robot [m]; None for a log of a mechanism.
-        volts_per_speed: Back-EMF constant of the drive [V s/m], or of the mechanism [V s/rad].
-        gearing: Rotor turns per turn of wheel or mechanism [-].
+        sided: Whether to keep the left and right sides separate, for a tank drive.
+        radius: Wheel radius of the robot, or drum radius of an elevator [m]; None for a mechanism that turns.
+        volts_per_speed: Back-EMF constant [V s/m], or [V s/rad] if `radius` is None.
+        gearing: Rotor turns per turn of the wheel or mechanism [-].
         devices: Side of each drive motor by the motor's name in logs, as in `find_roles`.
         said: Signals by role given by the user, as in `find_roles`.
         about: Word in the names of the wanted mechanism's signals, as in `find_roles`.
 
     Raises:
-        LogError: A signal is missing, or has values that are impossible for the described robot.
+        LogError: If a signal is missing, nothing moves in the log, or the values are impossible for the robot.
     """
     for role, name in (said or {}).items():
         if name not in log.signals:
@@ -114,9 +114,9 @@ def _list(log: Log) -> str:
 
 
 def _sided(roles: Mapping[tuple[str, str], list[str]], quantity: str, sides: Sequence[str]) -> list[list[str]] | None:
-    """Return the signal names of a quantity for each side; without sides, one list of all names.
+    """Return one list of signal names of a quantity for each side, or a single list of all names without sides.
 
-    The result is None if a side has no signal.
+    Return None if a list would be empty.
     """
     if sides == ("",):
         some = [name for (what, _), names in roles.items() if what == quantity for name in names]
@@ -126,7 +126,10 @@ def _sided(roles: Mapping[tuple[str, str], list[str]], quantity: str, sides: Seq
 
 
 def _grid(log: Log, name: str, begin: float, end: float) -> FloatArray:
-    """Return the sample times of a run [s]: those of the position signal if evenly spaced, else every 20 ms."""
+    """Return the sample times of a run between two times [s].
+
+    If the signal `name` has evenly spaced samples, the result is the times of these samples, otherwise a 20 ms grid.
+    """
     times = log.signals[name].times
     times = times[(times >= begin - 1e-9) & (times <= end + 1e-9)]
     steps = np.diff(times)
@@ -140,9 +143,9 @@ def _grid(log: Log, name: str, begin: float, end: float) -> FloatArray:
 
 
 def _held(signal: Signal, times: FloatArray) -> FloatArray:
-    """Return the mean of a signal from each time to the next time; the signal is constant between samples.
+    """Return the mean of a signal between each time [s] and the next, shape (n,).
 
-    The signal is 0 before the first sample.
+    A sample is valid until the next sample. The signal is 0 before the first sample.
     """
     fine = np.concatenate([times, [times[-1] + TICK]])
     parts = np.linspace(0.0, 1.0, 4, endpoint=False)
@@ -153,9 +156,9 @@ def _held(signal: Signal, times: FloatArray) -> FloatArray:
 
 
 def _read(signal: Signal, times: FloatArray) -> FloatArray:
-    """Return a signal interpolated at given times.
+    """Return the values of a signal at given times [s] by linear interpolation.
 
-    A value that was logged only on change is held until 20 ms before the next value.
+    If the signal was logged only on change, each value is held until 20 ms before the next value.
     """
     stamps, values = signal.times, signal.values
     if signal.is_kept and len(stamps) > 1:
@@ -175,7 +178,11 @@ def _moved(signal: Signal, times: FloatArray, is_speed: bool) -> FloatArray:
 
 
 def _drives(log: Log, names: Sequence[str]) -> list[tuple[str, float, float]]:
-    """Return the parts of a log with driven motors, from standstill to standstill, as name, begin and end [s]."""
+    """Return the parts of a log in which the motors are driven: name, begin and end [s] of each part.
+
+    A part begins 0.2 s before a voltage exceeds 0.3 V, and ends 0.3 s into a pause of at least 0.6 s, or after 30 s.
+    Parts with less than 0.5 s of voltage are left out.
+    """
     stamps = np.unique(np.concatenate([log.signals[name].times for name in names]))
     grid = np.arange(stamps[0], stamps[-1], TICK)
     if not len(grid):
@@ -194,7 +201,7 @@ def _drives(log: Log, names: Sequence[str]) -> list[tuple[str, float, float]]:
     ]  # fmt: skip
 
 
-# --- units and what cannot be -----------------------------------------------------------------------------------------
+# --- units and plausibility -------------------------------------------------------------------------------------------
 
 
 def _in_si(
@@ -206,12 +213,12 @@ def _in_si(
         log: Log of the runs.
         runs: Runs with distances or angles in the log's unit.
         unit: Unit of distances or angles in the log; empty if the log gives no unit.
-        radius: Wheel radius [m]; None for a mechanism.
+        radius: Wheel radius or drum radius [m]; None for a mechanism that turns.
         seen: Ratio from `_speed_seen`.
-        gearing: Rotor turns per turn of wheel or mechanism [-].
+        gearing: Rotor turns per turn of the wheel or mechanism [-].
 
     Raises:
-        LogError: In the log's unit, the robot is far faster or slower than the voltage allows.
+        LogError: If the motion in the unit of the log is far faster or slower than the voltage allows.
     """
     circumference = 1.0 if radius is None else radius
     sizes = {"turns": math.tau * circumference, "rad": circumference, "deg": SIZES["deg"] * circumference,
@@ -253,10 +260,12 @@ _ODD = 0.55  # largest deviation from the typical fraction, as a logarithm: a fa
 
 
 def _speed_seen(runs: Sequence[Run], volts_per_speed: float) -> float:
-    """Return the ratio of the speed, in the log's unit, to the free speed at the logged voltage; 0 without data.
+    """Return the ratio of the speed, in the unit of the log, to the free speed at the logged voltage.
+
+    The result is the 75th percentile over all samples at high voltage, or 0 without such samples.
 
     Raises:
-        LogError: The robot drives backward at positive voltage.
+        LogError: If the robot moves backward at positive voltage.
     """
     ratios, signs = [], []
     for run in runs:
@@ -277,10 +286,13 @@ def _speed_seen(runs: Sequence[Run], volts_per_speed: float) -> float:
 
 
 def _require_sides(name: str, runs: Sequence[Run]) -> list[str]:
-    """Check that voltages and distances belong to the same sides; return a note if the gyro contradicts the sides.
+    """Check that the left and right sides of the voltages and of the distances agree.
+
+    Returns:
+        List with a note if the yaw of the gyro contradicts the sides, otherwise an empty list.
 
     Raises:
-        LogError: The sides of voltages and distances are swapped.
+        LogError: If the sides of either the voltages or the distances are swapped.
     """
     if runs[0].way.shape[1] == 1:
         return []

@@ -1,4 +1,7 @@
-"""`simcore calibrate FILE ...`: fit a robot to its logs, and write lines for simcore.toml and an HTML page."""
+"""Command `simcore calibrate FILE ...`, which fits a robot model to logs and measured shots.
+
+The command prints lines for simcore.toml and writes an HTML page.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,7 @@ _MASSES = (20.0, 75.0)  # [kg], range of masses in simcore.toml
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `simcore calibrate`."""
+    """Add the arguments and options of `simcore calibrate`."""
     parser.add_argument(
         "logs", nargs="*", type=Path, metavar="FILE", help="logs of one robot: SysId's JSON, .wpilog or .csv"
     )
@@ -67,7 +70,7 @@ def _signal(text: str) -> tuple[str, str]:
 
 @dataclass(slots=True)
 class _Finding:
-    """Result for the drivetrain, a mechanism or a shooter."""
+    """Result of the fit of a drivetrain, a mechanism or a shooter, for the console and the page."""
 
     title: str
     rows: list[tuple[str, Estimate, str]] = field(default_factory=list)
@@ -82,10 +85,10 @@ class _Finding:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fit a robot to logs and shots, print the results, write the page and return 0.
+    """Fit a robot model to logs and shots, print the results, write the page, and return exit status 0.
 
     Raises:
-        SimcoreError: A log, simcore.toml or a shot is invalid.
+        SimcoreError: If a log, simcore.toml or a shot is invalid, or if the data do not determine the model.
     """
     if not args.logs and not args.shot:
         raise ConfigError("give a log (simcore calibrate FILE), or shots (--shot distance=2.8,rps=38)")
@@ -230,9 +233,10 @@ def _shot(args: argparse.Namespace, robot: Described, shots: Sequence[Shot]) -> 
 
 
 def _add(finding: _Finding, words: str, estimate: Estimate, unit: str, key: str) -> None:
-    """Add an estimate to the table and, if it has a key, to the lines for simcore.toml.
+    """Add an estimate to the table of a finding, and to the lines for simcore.toml if `key` is not empty.
 
-    An estimate with too wide an interval goes to the unknown properties instead of the lines.
+    If the half-width of the interval is over 30 % of the value, add the estimate to the unknown properties instead of
+    the lines. The delay is never unknown.
     """
     finding.rows.append((words, estimate, unit))
     if estimate.share > _VAGUE and words != _DELAY:

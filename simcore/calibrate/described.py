@@ -1,4 +1,4 @@
-"""Description of the robot that recorded a log: from simcore.toml and the program, or the kit chassis."""
+"""Description of the robot that recorded a log, from simcore.toml and the robot program, or of the kit chassis."""
 
 from __future__ import annotations
 
@@ -24,7 +24,11 @@ __all__ = ["Described", "described"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Described:
-    """Robot of a project before calibration, the source of the description, and the side of each motor in logs."""
+    """Description of a project's robot before calibration.
+
+    The field `about` names the source of the description. The field `devices` has the side of each drive motor by the
+    motor's name in logs.
+    """
 
     config: RobotConfig
     settings: RobotSettings
@@ -32,14 +36,14 @@ class Described:
     devices: Mapping[str, str]
 
     problem: str
-    """Reason why the drivetrain cannot be taken from the program; empty for a known drivetrain or without a program."""
+    """Reason why the program does not give the drivetrain; empty if the drivetrain is known or no program exists."""
 
     @property
     def drivetrain(self) -> DriveConfig:
-        """Drivetrain of the robot.
+        """Config of the robot's drivetrain.
 
         Raises:
-            ConfigError: The drivetrain cannot be taken from the program.
+            ConfigError: If `problem` is not empty.
         """
         if self.problem:
             raise ConfigError(
@@ -50,12 +54,13 @@ class Described:
 
 
 def described(folder: Path) -> Described:
-    """Return the robot of the project in a folder; the drivetrain is that of `[drivetrain]`, or else of the program.
+    """Return the description of the robot of the project in a folder.
 
-    Without robot.py and simcore.toml, the robot is the kit chassis.
+    The drivetrain is that of `[drivetrain]` in simcore.toml, or that of the robot program if `[drivetrain]` has no
+    kind. If the folder has neither robot.py nor simcore.toml, the robot is the kit chassis.
 
     Raises:
-        ConfigError: The project's simcore.toml is invalid.
+        ConfigError: If the project's simcore.toml is invalid.
     """
     settings = read_settings(folder / FILE_NAME)
     said, drivetrain, problem = settings.drivetrain, _of_file(settings), ""
@@ -79,7 +84,7 @@ def described(folder: Path) -> Described:
 
 
 def _of_file(settings: RobotSettings) -> DriveConfig:
-    """Build the drivetrain from the settings in simcore.toml only; a tank drive if `[drivetrain]` gives no kind."""
+    """Build the drivetrain config from the settings in simcore.toml only, by default a tank drive."""
     said = settings.drivetrain
     own = {key: value for key, value in said.measures.items() if key not in ("wheel_diameter", "reversed")}
     own |= {name: motor(own[name]) for name in ("drive_motor", "steer_motor") if name in own}
@@ -104,6 +109,6 @@ def _of_file(settings: RobotSettings) -> DriveConfig:
 
 
 def _devices(said: DrivetrainSettings) -> dict[str, str]:
-    """Return the side of each drive motor by the motor's name in URCL logs; sides are empty except for a tank drive."""
+    """Return the side of each drive motor by the motor's name in URCL logs; a side is empty if not of a tank drive."""
     sides = ("left", "right") if said.kind == "tank" and len(said.drive) == 2 else ("",) * len(said.drive)
     return {f"Spark-{address}": side for side, row in zip(sides, said.drive, strict=True) for address in row}

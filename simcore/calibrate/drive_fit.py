@@ -18,29 +18,31 @@ from simcore.typing import FloatArray
 
 __all__ = ["DriveFit", "Prediction", "fit_battery", "fit_drive", "increments", "predictions_of"]
 
-_WINDOW = 0.1  # [s], window over which distances are compared; a longer one would hide the acceleration
+_WINDOW = 0.1  # [s], window over which distances are compared; a longer window would hide the acceleration
 _FAST = 0.3  # fraction of a run's top speed; slower data are ignored, as friction and backlash differ at creeping speed
 _TOLERANCES = {"speed": 0.05, "sides": 0.01, "lag": 0.012}
-"""Smallest deviations that are fitted: relative free speed (motors differ by 3 %, treads wear by 2.5 %), relative
-efficiency of the sides, and delay between volts and readings [s]. Smaller deviations cannot be separated from kS and
-mass."""
+"""Smallest deviation of each optional parameter that the fit accepts.
+
+The parameters are the relative free speed (motors differ by 3 %, treads wear by 2.5 %), the relative efficiency of the
+sides, and the delay between voltage and readings [s]. The data cannot separate smaller deviations from kS and mass.
+"""
 _BRISK = 0.5  # [m/s^2], minimum acceleration from which the mass can be fitted
 _FOLDS = 5  # maximum number of folds in the cross-validation
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prediction:
-    """Held-out run with the motion predicted by a fit to the remaining data."""
+    """Held-out run, and the motion that a fit to the other data predicts for the run."""
 
     run: Run
     way: FloatArray
     """Simulated distance [m] or angle [rad], shape (n,)."""
     first: int = 0
-    """First held-out row of the run."""
+    """Index of the first held-out sample of the run."""
 
     @property
     def real(self) -> FloatArray:
-        """Measured distance [m] or angle [rad], mean of the sides, shape (n,)."""
+        """Measured distance [m] or angle [rad], averaged over the sides, shape (n,)."""
         mean: FloatArray = self.run.way.mean(axis=1)
         return mean
 
@@ -60,16 +62,16 @@ class Prediction:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DriveFit:
-    """Result of a drivetrain fit."""
+    """Fitted parameters of a drivetrain, predictions of held-out runs, and properties that remain unknown."""
 
     estimates: Mapping[str, Estimate]
-    """Estimates by name: ks [V], mass [kg], left_efficiency, right_efficiency, free_speed_share, wheel_radius [m], lag
-    [s]; without parameters that the data do not determine."""
+    """Estimates by name: `ks` [V], `mass` [kg], `left_efficiency` [-], `right_efficiency` [-], `free_speed_share` [-],
+    `wheel_radius` [m] and `lag` [s]. Parameters that the data do not determine are missing."""
     config: DriveConfig
     """Drivetrain with the fitted values."""
     predictions: Sequence[Prediction]
     unknown: Sequence[str]
-    """Phrase for each property that the data do not determine."""
+    """Text for the user about each property that the data do not determine."""
 
 
 def increments(run: Run, way: FloatArray, window: float = _WINDOW) -> FloatArray:
@@ -87,9 +89,9 @@ def increments(run: Run, way: FloatArray, window: float = _WINDOW) -> FloatArray
 
 
 def fit_drive(config: DriveConfig, runs: Sequence[Run]) -> DriveFit:
-    """Fit a drivetrain to runs and predict each run from a fit to other runs.
+    """Fit the parameters of a drivetrain to runs, and predict each run by a fit to other runs.
 
-    Of a single run, the last third is predicted from the first two thirds.
+    If there is only one run, a fit to the first two thirds predicts the last third.
     """
     known = config.wheel_radius
     is_tank = isinstance(config, TankConfig) and all(run.way.shape[1] > 1 for run in runs)
@@ -156,14 +158,20 @@ def _mean_way(
 
 
 def _is_told(found: Fit, parameter: Parameter) -> bool:
-    """Return whether a fitted parameter differs significantly from 0, by more than its tolerance."""
+    """Return whether the data determine a parameter.
+
+    The interval must be within the bounds and exclude 0, and the value must exceed the tolerance of the parameter.
+    """
     low, high = found.estimates[parameter.name].low, found.estimates[parameter.name].high
     is_inside = parameter.lower < low and high < parameter.upper
     return is_inside and not low <= 0.0 <= high and abs(found[parameter.name]) > _TOLERANCES[parameter.name]
 
 
 def _steps(runs: Sequence[Run]) -> bool:
-    """Return whether any run has a voltage step above 0.5 V; on slow ramps, mass cannot be separated from kS."""
+    """Return whether any run has a voltage step above 0.5 V.
+
+    A log of slow ramps alone does not separate the mass from kS.
+    """
     return any(float(np.abs(np.diff(run.volts.mean(axis=1))).max()) > 0.5 for run in runs)
 
 
@@ -171,11 +179,12 @@ def predictions_of(
     runs: Sequence[Run],
     fitted: Callable[[Sequence[Run]], Callable[[Run], FloatArray]],
 ) -> list[Prediction]:
-    """Return a prediction of each run by cross-validation, or of the last third of a single run.
+    """Predict each run by cross-validation, in up to 5 folds, or predict the last third of a single run.
 
     Args:
         runs: All runs of the fit.
-        fitted: Function that fits a model to runs, and returns a function that predicts the distance or angle in a run.
+        fitted: Function that fits a model to runs. The function returns a function that predicts the distance or angle
+            in a run, shape (n,).
     """
     if len(runs) == 1:
         run, at = runs[0], 2 * len(runs[0].times) // 3
@@ -230,9 +239,9 @@ def _result(
 
 
 def fit_battery(runs: Sequence[Run]) -> Estimate | None:
-    """Return the fitted resistance of battery and cables [ohm].
+    """Fit the resistance of battery and cables [ohm] to the logged voltages and currents of the battery.
 
-    The result is None unless a run has a battery voltage, and a battery current that varies by more than 5 A.
+    Return None if no run has both a voltage and a current that varies by more than 5 A.
     """
     pairs = [(run.bus, run.amps) for run in runs if run.bus is not None and run.amps is not None]
     with_both = [(bus, amps) for bus, amps in pairs if np.ptp(amps) > 5.0]

@@ -1,4 +1,4 @@
-"""Simulation of a drivetrain on level carpet without walls: wheel distances and yaw from logged voltages."""
+"""Simulation of a drivetrain on level carpet without walls, with the logged motor voltages as input."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ _BUS = 12.5  # [V], minimum bus voltage of the model
 
 
 class Driven(NamedTuple):
-    """Result of a simulated run at the run's sample times."""
+    """Simulated motion and battery current at the sample times of a run."""
 
     way: FloatArray
-    """Wheel distance for the wheel radius that robot code assumes [m], shape (n, sides)."""
+    """Wheel distance that robot code computes with the assumed wheel radius [m], shape (n, sides)."""
     yaw: FloatArray
     """Yaw of the robot, counter-clockwise and continuous over turns [rad], shape (n,)."""
     ground: FloatArray
-    """Distance of the robot's center along the floor [m], shape (n,)."""
+    """Displacement of the robot's center along the initial heading [m], shape (n,)."""
     amps: FloatArray
     """Battery current of the drive motors [A], shape (n,)."""
 
@@ -44,16 +44,16 @@ def varied(
     config: DriveConfig, *, ks: float, mass: float, efficiency: float | None = None, sides: float = 0.0,
     radius: float | None = None, speed: float | None = None,
 ) -> DriveConfig:  # fmt: skip
-    """Return a copy of a drivetrain with other values of the fitted parameters.
+    """Return a copy of a drivetrain config with new values of the fitted parameters.
 
     Args:
         config: Drivetrain to copy.
         ks: Static friction voltage of the drive motors [V].
-        mass: Mass of the robot [kg]; the moment of inertia is scaled with the mass.
+        mass: Mass of the robot [kg]; the yaw moment of inertia changes in proportion.
         efficiency: Efficiency of the drive gearing [-]; None to keep the efficiency of `config`.
-        sides: Logarithm of the right side's efficiency over the left side's efficiency of a tank drive [-].
+        sides: Logarithm of the ratio between right and left efficiency, for a tank drive [-].
         radius: Wheel radius [m]; None to keep the radius of `config`.
-        speed: Free speed of the drive motors over the datasheet value [-]; None to keep the value of `config`.
+        speed: Ratio of the drive motors' free speed to the datasheet value [-]; None to keep the value of `config`.
     """
     body: dict[str, Any] = {"mass": mass, "yaw_inertia": config.yaw_inertia * mass / config.mass}
     own: dict[str, Any] = {} if radius is None else {"wheel_radius": radius}
@@ -77,12 +77,13 @@ def _drive_of(config: DriveConfig, battery: Battery) -> WheeledDrive[Any]:
 
 
 def drive(config: DriveConfig, run: Run, *, radius: float | None = None) -> Driven:
-    """Simulate a drivetrain from rest with the motor voltages of a run and return the motion.
+    """Simulate a drivetrain from rest with the motor voltages of a run, and return the motion.
 
     Args:
         config: Drivetrain to simulate.
-        run: Run with one column of voltages per side of a tank; other drivetrains drive straight with the mean voltage.
-        radius: Wheel radius that robot code assumes [m]; None for the radius in `config`.
+        run: Run with one column of voltages per side of a tank drive. All motors of another drivetrain get the mean
+            voltage, so the robot drives straight.
+        radius: Wheel radius with which robot code computes distances [m]; None for the radius in `config`.
     """
     top = max(_BUS, float(np.abs(run.volts).max()))
     model = _drive_of(config, Battery(BatteryConfig.stiff(top)))

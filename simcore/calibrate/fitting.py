@@ -1,4 +1,4 @@
-"""Least-squares fit with confidence intervals that allow for correlated errors and for differences between runs."""
+"""Least-squares fit with confidence intervals that account for correlated errors and differences between runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["Estimate", "Fit", "Parameter", "fit"]
 
 _CONFIDENCE = 0.975  # one-sided confidence of each end of an interval
 _BLOCKS = 10  # minimum number of blocks for the jackknife
-_FIRST, _AGAIN = 12, 4  # evaluations from a first guess, and from a fit to nearly the same data
+_FIRST, _AGAIN = 12, 4  # largest number of evaluations from a first guess, and from a fit to nearly the same data
 _LEAST = 4  # minimum number of blocks for a meaningful jackknife
 Model = Callable[[FloatArray], Sequence[FloatArray]]
 """Function from parameter values to the errors of each run, each of shape (n,)."""
@@ -31,7 +31,7 @@ class Parameter:
     lower: float
     upper: float
     scale: float
-    """Typical deviation from `start`, which sets the size of the first step."""
+    """Typical deviation from `start`; the solver scales the parameter by this value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,18 +48,18 @@ class Estimate:
         return 0.5 * (self.high - self.low) / abs(self.value) if self.value else math.inf
 
     def mapped(self, function: Callable[[float], float]) -> Estimate:
-        """Return an estimate with a monotonic function applied to the value and both ends of the interval."""
+        """Return the estimate of a monotonic function of the value, with the transformed interval."""
         low, high = sorted((function(self.low), function(self.high)))
         return Estimate(function(self.value), low, high)
 
     def around(self, other: float) -> Estimate:
-        """Return an estimate whose interval is extended to include another value."""
+        """Return the estimate with the interval extended to include another value."""
         return Estimate(self.value, min(self.low, other), max(self.high, other))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """Best-fit parameters, in the order of `names`."""
+    """Best-fit parameters in the order of `names`, and estimates with confidence intervals by name."""
 
     names: tuple[str, ...]
     values: FloatArray
@@ -72,10 +72,11 @@ class Fit:
 def fit(
     model: Model, parameters: Sequence[Parameter], *, values: Sequence[float] | None = None, noise: float = 0.0
 ) -> Fit:
-    """Return the parameters that minimize the squared errors of all runs.
+    """Fit parameters by least squares to all runs, and return the parameters with 95 % confidence intervals.
 
-    The half-width of each interval is the largest of several estimates: from the scatter of the errors, with a sample
-    size reduced by the autocorrelation of the errors; and from jackknives that leave out one block of data or one run.
+    The half-width of each interval is the largest of up to three estimates. The first estimate uses the scatter of the
+    errors, with a sample size reduced by the autocorrelation of the errors. The other estimates are jackknives that
+    leave out one block of data or one run.
 
     Args:
         model: Function from parameter values to the errors of each run.
@@ -130,9 +131,9 @@ def _halves(errors: FloatArray, jacobian: FloatArray, sizes: Sequence[int], nois
 
 
 def _correlation_time(errors: FloatArray) -> float:
-    """Return the integrated autocorrelation time [samples]: 1 plus twice the sum of correlations above 0.
+    """Return the integrated autocorrelation time of errors [samples].
 
-    The sum ends before the first lag whose correlation is not above 0.
+    The time is 1 plus twice the sum of the autocorrelations before the first lag with a correlation <= 0.
     """
     centered = errors - errors.mean() if len(errors) > 3 else errors
     total, power = 1.0, float(centered @ centered)

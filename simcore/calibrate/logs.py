@@ -1,7 +1,7 @@
-"""Readers of logs: SysId JSON, WPILOG from DataLogManager, SysId, AdvantageKit or URCL, and CSV.
+"""Readers of log files: SysId's JSON, CSV, and WPILOG from DataLogManager, SysId, AdvantageKit or URCL.
 
-Sources: `AnalysisManager.cpp` and `JSONConverter.cpp` of SysId's analyzer in WPILib 2020 to 2023, for the columns of
-SysId's JSON; WPILib's `SysIdRoutineLog`, for the names of entries; for URCL see `urcl`.
+Sources: `AnalysisManager.cpp` and `JSONConverter.cpp` of SysId's analyzer in WPILib 2020 to 2023 for the columns of
+SysId's JSON; WPILib's `SysIdRoutineLog` for the names of entries; the module `urcl` lists the sources for URCL.
 """
 
 from __future__ import annotations
@@ -27,25 +27,26 @@ __all__ = ["Log", "open_log"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Log:
-    """Contents of a log file: signals by name, and marked tests."""
+    """Contents of a log file: signals by name, and the tests that the log marks."""
 
     path: Path
     signals: Mapping[str, Signal]
     tests: Sequence[tuple[str, float, float]] = ()
     """Tests marked in the log: name, begin and end [s]; empty for a log without marks."""
     kind: str = ""
-    """Test kind of a SysId file: Drivetrain, Simple, Arm or Elevator; empty if unknown."""
+    """Kind of the tested mechanism in a SysId file, e.g. `Drivetrain`, `Simple`, `Arm` or `Elevator`; empty if unknown.
+    """
     meters_per_turn: float | None = None
-    """Distance per wheel turn, from a log with positions in wheel turns [m]; None if the log gives no distance."""
+    """Distance per wheel turn according to a log with positions in turns [m]; None if the log gives no distance."""
     notes: Sequence[str] = field(default_factory=tuple)
     """Assumptions made while reading the log."""
 
 
 def open_log(path: Path) -> Log:
-    """Return the contents of a log, whose format is detected from suffix and content.
+    """Read a log file; the suffix and the content of the file determine the format.
 
     Raises:
-        LogError: The file cannot be read, or its format is unknown.
+        LogError: If the file cannot be read, or if the format is unknown or only another tool can read the format.
     """
     suffix = path.suffix.lower()
     if suffix in (".wpilog", ".wpilogxz"):
@@ -112,7 +113,10 @@ _COLUMNS = {
          "right velocity", "yaw"),
     4: ("volts", "position", "velocity"),
 }  # fmt: skip
-"""Columns after the time, by number of columns: drivetrains of 2021 to 2023, drivetrains of 2020, mechanisms."""
+"""Columns after the time column, by the total number of columns.
+
+Rows of 9 are drivetrains of 2021 to 2023, rows of 10 are drivetrains of 2020, and rows of 4 are mechanisms.
+"""
 
 
 def _sysid_json(path: Path, text: str) -> Log:
@@ -171,7 +175,7 @@ def _wpilog(path: Path) -> Log:
 
 
 def _unit_of(column: LogColumn) -> str:
-    """Return the unit in an entry's metadata: the JSON field `unit`, or the metadata itself if it is not JSON."""
+    """Return the unit in the metadata of an entry: the JSON field `unit`, or the whole text if the text is not JSON."""
     try:
         return str(json.loads(column.metadata or "{}").get("unit", ""))
     except (ValueError, AttributeError):
@@ -183,7 +187,10 @@ def _structs(column: LogColumn, width: int = 1) -> FloatArray:
 
 
 def _parts(key: str, column: LogColumn) -> dict[str, Signal]:
-    """Return a signal for each array element of an entry, by name; rows shorter than the longest row are skipped."""
+    """Return one signal for each array element of an entry, by signal name.
+
+    Samples with fewer elements than the longest sample are skipped.
+    """
     dtype = _ARRAYS.get(column.type, "<f8")
     rows = [np.frombuffer(raw[: len(raw) // int(dtype[2]) * int(dtype[2])], dtype)
             for raw in (column.payload(k) for k in range(len(column)))]  # fmt: skip
@@ -199,7 +206,10 @@ def _parts(key: str, column: LogColumn) -> dict[str, Signal]:
 
 
 def _states(column: LogColumn, end: float) -> list[tuple[str, float, float]]:
-    """Return name, begin and end [s] of each test from the states that SysId logs: quasistatic-forward, ..., none."""
+    """Return name, begin and end [s] of each test in an entry of SysId's test states, e.g. `quasistatic-forward`.
+
+    The state `none` separates tests. The last test ends at `end` [s].
+    """
     words = [str(column.value(k)) for k in range(len(column))]
     tests, start = [], 0
     for k in range(1, len(words) + 1):

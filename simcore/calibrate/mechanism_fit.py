@@ -1,4 +1,4 @@
-"""Fit of friction, inertia or mass, and gravity of flywheels, rollers, arms and elevators to logs."""
+"""Fit of the friction, the inertia or mass, and the weight of flywheels, rollers, arms and elevators to logs."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ _CREEPS = 0.05  # fraction of the top speed; slower data are ignored
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MechanismFit:
-    """Result of a mechanism fit."""
+    """Fitted parameters of a mechanism, predictions of held-out runs, and properties that remain unknown."""
 
     estimates: Mapping[str, Estimate]
-    """Estimates by name: friction_volts [V]; inertia [kg m^2], or mass [kg] of an elevator; weight_torque [N m] of an
-    arm."""
+    """Estimates by name: `friction_volts` [V]; `inertia` [kg m^2], except for an elevator; `mass` [kg] of an elevator,
+    or of an arm with a known center of mass; `weight_torque` [N m] of another arm; `lag` [s] if significant."""
     predictions: Sequence[Prediction]
     unknown: Sequence[str]
-    """Phrase for each property that the data do not determine."""
+    """Text for the user about each property that the data do not determine."""
 
 
 def turned(config: FittedMechanism, run: Run, values: Mapping[str, float]) -> FloatArray:
-    """Simulate a mechanism with given parameter values and the voltages of a run.
+    """Simulate a mechanism with new parameter values and the motor voltages of a run, and return the motion.
 
     Args:
         config: Mechanism to simulate.
@@ -74,9 +74,9 @@ def turned(config: FittedMechanism, run: Run, values: Mapping[str, float]) -> Fl
 
 
 def fit_mechanism(config: FittedMechanism, runs: Sequence[Run]) -> MechanismFit:
-    """Fit a mechanism to runs and predict each run from a fit to other runs.
+    """Fit the parameters of a mechanism to runs, and predict each run by a fit to other runs.
 
-    Of a single run, the last third is predicted from the first two thirds.
+    If there is only one run, a fit to the first two thirds predicts the last third.
     """
     start = config.gearbox.holding_volts(config.gearbox.friction_torque)
     parameters = [

@@ -16,11 +16,11 @@ TICK = 0.02  # [s], time between two samples of a run
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """Drive from standstill, or motion of a mechanism, at n sample times."""
+    """Part of a log with one motion of a robot or a mechanism, at n sample times."""
 
     name: str
     times: FloatArray
-    """Sample times, increasing from 0 [s], shape (n,)."""
+    """Sample times in ascending order from 0 [s], shape (n,)."""
     volts: FloatArray
     """Motor voltage from each sample to the next [V], shape (n, sides)."""
     way: FloatArray
@@ -28,7 +28,8 @@ class Run:
     yaw: FloatArray | None = None
     """Gyro yaw from the start of the run, counter-clockwise [rad], shape (n,); None if not logged."""
     ground: FloatArray | None = None
-    """Distance over ground from the start of the run, without use of the wheels [m], shape (n,); None if not logged."""
+    """Distance over ground from the start of the run, measured without the wheels [m], shape (n,); None if not logged.
+    """
     bus: FloatArray | None = None
     """Battery voltage [V], shape (n,); None if not logged."""
     amps: FloatArray | None = None
@@ -38,11 +39,11 @@ class Run:
 
     @property
     def span(self) -> float:
-        """Total distance that the wheels roll, forward plus backward, mean of the sides [m]; [rad] for a mechanism."""
+        """Total distance forward and backward, as the mean over the sides [m]; total angle [rad] for a mechanism."""
         return float(np.abs(np.diff(self.way, axis=0)).sum(axis=0).mean())
 
     def rows(self, first: int, last: int) -> Run:
-        """Return rows `first` to `last` (excluded) as a separate run that starts at time and distance 0."""
+        """Return the samples from `first` to before `last` as a new run that starts at time 0 and distance 0."""
         part = slice(first, last)
         cut = {name: None if (column := getattr(self, name)) is None else column[part] - column[first]
                for name in ("yaw", "ground")}  # fmt: skip
@@ -54,9 +55,9 @@ class Run:
 
 
 def thinned_run(run: Run, period: float = TICK) -> Run:
-    """Return a run with samples about a period [s] apart: voltages are averaged, other values are subsampled.
+    """Return a run with samples about one period [s] apart, with averaged voltages and other values subsampled.
 
-    A run whose samples are already that far apart is unchanged.
+    A run with a median sample interval above 0.75 periods, or with fewer than 3 samples, is unchanged.
     """
     times = run.times
     if len(times) < 3 or np.median(np.diff(times)) > 0.75 * period:

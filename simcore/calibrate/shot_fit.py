@@ -23,7 +23,7 @@ from simcore.world.contact_law import CARPET
 __all__ = ["Shot", "ShotFit", "fit_shots", "read_shots"]
 
 _SPREAD, _CLOCK = 0.15, 0.05
-"""Assumed standard deviation of hits around the middle of the goal [m], and of measured flight times [s]."""
+"""Assumed standard deviations of the distance between hits and the middle of the goal [m], and of flight times [s]."""
 _KEYS: dict[str, Quantity] = {
     "distance": FIELD_LENGTH, "rps": RATE, "elevation_deg": DEGREES, "hood_deg": DEGREES, "time": DURATION,
 }  # fmt: skip
@@ -40,22 +40,22 @@ class Shot:
     distance: float
     """Horizontal distance from the robot's center to the middle of the goal [m]."""
     rps: float
-    """Wheel speed as the piece leaves [turns/s]; for two wheels, the mean speed."""
+    """Wheel speed when the piece leaves the shooter [turns/s]; the mean speed if the shooter has several wheels."""
     elevation_deg: float | None = None
-    """Elevation of the shot [deg]; None for the elevation of the hood angle, or of a shooter with a fixed hood."""
+    """Elevation of the shot [deg]; None to compute the elevation from `hood_deg`, or for a shooter without a hood."""
     hood_deg: float | None = None
     """Hood angle [deg]; None if the hood angle was not measured."""
     time: float | None = None
     """Time of flight from the muzzle to the goal [s]; None if the time was not measured."""
     result: str = ""
-    """Result: `hit`, `miss`, `short` or `long`; an empty result counts as a hit if there is no time of flight."""
+    """Result: `hit`, `miss`, `short` or `long`. An empty result counts as a hit if `time` is None."""
 
     @classmethod
     def parse(cls, text: str) -> Shot:
-        """Parse a text like `distance=2.8,rps=38,time=1.1`.
+        """Parse the command-line notation of a shot, e.g. `distance=2.8,rps=38,time=1.1`.
 
         Raises:
-            ConfigError: A key is unknown or missing, or a value is out of range.
+            ConfigError: If a key is unknown or missing, or a value is out of range.
 
         >>> Shot.parse("distance=2.8,rps=38").rps
         38.0
@@ -68,14 +68,14 @@ class Shot:
 
     @classmethod
     def of(cls, row: dict[str, str], where: str) -> Shot:
-        """Create a shot from texts by key.
+        """Create a shot from unparsed values by key, for example a row of a CSV file.
 
         Args:
             row: Text of each value by key, with the keys of `parse`.
             where: Name of the file and line, or of the option, for messages.
 
         Raises:
-            ConfigError: A key is unknown or missing, or a value is out of range.
+            ConfigError: If a key is unknown or missing, or a value is out of range.
         """
         found: dict[str, object] = {}
         for key, value in row.items():
@@ -102,21 +102,25 @@ class Shot:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShotFit:
-    """Result of a shooter fit."""
+    """Fitted parameters of a shooter, predictions of held-out shots, and properties that remain unknown."""
 
     estimates: dict[str, Estimate]
-    """Estimates by name: exit_efficiency [-], and spin over the spin from wheels without slip [-]."""
+    """Estimates by name: `exit_efficiency` [-], and `spin`, the ratio of the spin to that of wheels without slip [-].
+
+    The spin is missing if the shots do not determine the spin.
+    """
     rows: Sequence[tuple[Shot, float, float]]
-    """Each shot with the predictions from the other shots: distance beyond the goal's middle [m], flight time [s]."""
+    """Each shot with the prediction by a fit to the other shots: distance beyond the middle of the goal [m], and time
+    of flight [s]. Empty if there is only one shot."""
     unknown: Sequence[str]
 
 
 def read_shots(path: Path) -> list[Shot] | None:
-    """Return the shots in a CSV file, or None if the file has no column `distance` and is therefore a log over time.
+    """Return the shots in a CSV file; return None for a file without a column `distance`, such as a log.
 
     Raises:
-        ConfigError: A row is invalid; the message names the line.
-        LogError: The file cannot be read.
+        ConfigError: If a row is invalid; the message names the line.
+        LogError: If the file cannot be read.
     """
     try:
         rows = [row for row in csv.reader(path.read_text(encoding="utf-8-sig").splitlines()) if row]
@@ -134,10 +138,12 @@ def read_shots(path: Path) -> list[Shot] | None:
 
 
 def fit_shots(task: ShotTask, shots: Sequence[Shot]) -> ShotFit:
-    """Fit the exit efficiency, and with enough shots the spin, of a shooter to measured shots.
+    """Fit the exit efficiency of a shooter to measured shots, and also the spin if the shots determine the spin.
+
+    A miss without a time of flight is ignored.
 
     Raises:
-        ConfigError: The elevation of a shot is unknown, or the shots do not determine the exit efficiency.
+        ConfigError: If the elevation of a shot is unknown, or the shots do not determine the exit efficiency.
     """
     useful = [shot for shot in shots if shot.time is not None or shot.result != "miss"]
     if not useful:
@@ -189,10 +195,10 @@ def fit_shots(task: ShotTask, shots: Sequence[Shot]) -> ShotFit:
 
 
 def _elevation(task: ShotTask, shot: Shot) -> float:
-    """Return the elevation of a shot, from the shot's own elevation or hood angle, or the fixed hood [rad].
+    """Return the elevation of a shot [rad] from the measured elevation, the hood angle, or a shooter without a hood.
 
     Raises:
-        ConfigError: The elevation of the shot is unknown.
+        ConfigError: If the elevation of the shot is unknown.
     """
     if shot.elevation_deg is not None:
         return math.radians(shot.elevation_deg)
@@ -215,8 +221,8 @@ def _flight(task: ShotTask, shot: Shot, elevation: float, efficiency: float, spi
         spin: Factor on the spin of the piece [-].
 
     Returns:
-        Distance beyond the goal's middle [m], and time of flight [s]. If the apex is below the goal, these are the
-        values at the apex, with twice the missing height subtracted from the distance.
+        Distance beyond the middle of the goal [m], and time of flight [s]. If the apex is below the goal, the time is
+        that of the apex, and the distance is that of the apex minus twice the missing height.
     """
     speed = (
         task.shooter.exit_speed([shot.rps * math.tau] * len(task.shooter.wheels))

@@ -1,4 +1,4 @@
-"""Identification of a log's signals by name: quantity, side and unit."""
+"""Identification of the quantity, side and unit of logged signals by the names of the signals."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from simcore.typing import FloatArray
 __all__ = ["ROLES", "SIZES", "Signal", "find_roles", "quantity_of", "unit_of"]
 
 ROLES = ("volts", "way", "speed", "yaw", "ground", "bus", "amps")
-"""Quantities of signals; a role given by the user may have the prefix left_ or right_."""
+"""Roles of signals: measured quantities. On the command line, a role may have the prefix `left_` or `right_`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Signal:
-    """Logged numerical values over time."""
+    """Time series of a logged number."""
 
     times: FloatArray
-    """Sample times, increasing [s], shape (n,)."""
+    """Sample times in ascending order [s], shape (n,)."""
     values: FloatArray
     """Sample values in the signal's unit, shape (n,)."""
     unit: str = ""
     """Unit given by the log; empty if the log gives no unit."""
     is_kept: bool = False
-    """Whether the signal was logged only when its value changed."""
+    """Whether the log contains a sample of the signal only for each change of the value."""
 
 
 _NOT = {
     "setpoint", "goal", "target", "desired", "reference", "error", "turn", "turning", "steer", "azimuth", "absolute",
     "temp", "temperature", "acceleration", "odometry", "measured", "rate", "autospeed",
 }  # fmt: skip
-"""Words in the names of signals to ignore, such as set-points and steer motors."""
+"""Words that exclude a signal if the name contains one of the words, e.g. words for setpoints and steer motors."""
 _SIDES = {
     **dict.fromkeys(("left", "l", "fl", "bl", "rl", "lf", "lr", "lb"), "left"),
     **dict.fromkeys(("right", "r", "fr", "br", "rr", "rf", "rb"), "right"),
@@ -59,9 +59,9 @@ _WORDS = {
         "encoder",
     },
 }
-"""Words for each quantity; a name with words of several quantities belongs to the first quantity."""
+"""Words that identify each quantity. If a name has words of several quantities, the first quantity applies."""
 _SUPPLIED = {"battery", "bus", "input", "supply", "total", "pdh", "pdp"}
-"""Words that mark a voltage or current as the battery's."""
+"""Words that identify a voltage or current of the battery rather than of a motor."""
 _UNITS = {
     **dict.fromkeys(("m", "meter", "meters", "mps", "metre"), "m"),
     **dict.fromkeys(("in", "inch", "inches"), "in"),
@@ -83,7 +83,9 @@ def _words(name: str) -> list[str]:
 
 
 def unit_of(name: str, said: str = "") -> str:
-    """Return a signal's unit, from the log's unit or else the signal's name; empty if neither has a known unit.
+    """Return the unit of a signal: the unit that the log gives, or the unit in the name of the signal.
+
+    The result is a key of `SIZES`, or empty if the unit is unknown.
 
     Args:
         name: Name of the signal.
@@ -97,9 +99,10 @@ def unit_of(name: str, said: str = "") -> str:
 
 
 def quantity_of(name: str) -> tuple[str, str]:
-    """Return the quantity (one of `ROLES`, or `total` for a battery current) and side in the name of a signal.
+    """Return the quantity and the side that the name of a signal contains.
 
-    Quantity and side are empty if the name does not contain them.
+    The quantity is one of `ROLES`, `total` for a battery current, or empty if unknown or excluded. The side is `left`,
+    `right` or empty.
 
     >>> quantity_of("left_V"), quantity_of("Drive/LeftPositionRad"), quantity_of("SystemStats/BatteryVoltage")
     (('volts', 'left'), ('way', 'left'), ('bus', ''))
@@ -119,13 +122,13 @@ def quantity_of(name: str) -> tuple[str, str]:
 def find_roles(
     names: Iterable[str], devices: Mapping[str, str], said: Mapping[str, str], about: str
 ) -> dict[tuple[str, str], list[str]]:
-    """Return the signal names for each quantity and side; the side is empty for a name without a side.
+    """Return the names of the best matching signals for each quantity and side; the side is empty if unknown.
 
     Args:
         names: Names of all signals.
         devices: Side of each drive motor by the motor's name in logs (`Spark-3`); empty sides for a swerve drive.
-        said: Signals by role (`left_volts`), given by the user; these replace all other signals of the role.
-        about: Word in the names of the wanted mechanism's signals, which are preferred; empty for any name.
+        said: Signal by role (e.g. `left_volts`) from the user, in place of all other signals of the role.
+        about: Word in the names of the mechanism's signals; signals with this word are preferred. Empty for none.
     """
     found: dict[tuple[str, str], list[str]] = {}
     for name in names:
@@ -148,4 +151,4 @@ def find_roles(
 
 SIZES = {"m": 1.0, "in": 0.0254, "ft": 0.3048, "rad": 1.0, "deg": math.pi / 180.0, "turns": math.tau,
          "rpm": math.tau / 60.0}  # fmt: skip
-"""Size of each unit in SI units [m], [rad] or [rad/s]."""
+"""Factor that converts each unit to SI units [m, rad or rad/s]."""

@@ -1,4 +1,4 @@
-"""Signals from SPARK MAX and SPARK Flex frames logged by URCL.
+"""Decoder of the SPARK MAX and SPARK Flex status frames in a log of URCL (Unofficial REV-Compatible Logger).
 
 URCL revision 3 (2025 and 2026) logs raw CAN frames in the entries `URCL/Raw/Persistent` (ID, 6 bytes),
 `URCL/Raw/Periodic` (time in ms, ID, 8 bytes) and `URCL/Raw/Aliases` (JSON). The lowest 6 bits of an ID are the device,
@@ -28,7 +28,7 @@ _DUTY, _VOLTS, _AMPS = 0.00003082369457075716, 0.0073260073260073, 0.03663003663
 
 
 def urcl_signals(log: TelemetryLog) -> Iterator[tuple[str, Signal]]:
-    """Yield the name and signal of each SPARK reading: volts, amperes, position and velocity.
+    """Yield the name and the signal of each SPARK reading: voltages, current, encoder position and velocity.
 
     Positions are in turns and velocities in rpm unless robot code sets conversion factors.
     """
@@ -71,7 +71,7 @@ def _status(data: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _aliases(log: TelemetryLog, key: str) -> dict[str, str]:
-    """Return the name of each device by CAN ID as text."""
+    """Return the device names in an aliases entry by CAN ID, with the CAN ID as a string; empty without aliases."""
     column = log.columns.get(key)
     if column is None or not len(column):
         return {}

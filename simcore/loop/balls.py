@@ -8,12 +8,12 @@ Most balls advance by whole steps. The loop divides the step into parts (substep
 contact with a solid is too stiff for the whole step. Balls whose contacts with each other are too stiff advance
 together in equal parts. The forces of all other pairs of balls are constant during the step.
 
-A contact with a ball changes the velocity of a robot, or of a body that carries robots, in the same step. Other bodies
-move at constant velocity during the call, and the engine applies the balls' impulses to these bodies after the call.
+A contact with a ball changes the velocity of a robot or swinging body in the same step. Other bodies move at constant
+velocity during the call, and the engine applies the balls' impulses to these bodies after the call.
 
-A sleeping ball does not move and takes almost no time. The ball wakes when a nearby ball moves, or when the force of a
-ball or body differs from the force at which the ball fell asleep. The force that wakes a ball also accelerates the
-ball.
+A sleeping ball does not move and needs almost no computing time. The ball wakes when a nearby ball moves, or when the
+force of a ball or body differs from the force at which the ball fell asleep. The force that wakes a ball also
+accelerates the ball.
 """
 
 from __future__ import annotations
@@ -104,8 +104,8 @@ class Listed(NamedTuple):
     joint: IntArray
     """Number of parts that the stiff pairs of each ball need, 1 without stiff pairs, indexed by row, shape (n,)."""
     order: IntArray
-    """Indices into `queue`: first balls that take a whole step, then balls that take parts of the step alone, then
-    balls with stiff pairs, shape (size,)."""
+    """Indices into `queue`: first balls that take a whole step, then balls that take parts of the step, then balls with
+    stiff pairs, shape (size,)."""
 
 
 class Pairs(NamedTuple):
@@ -513,8 +513,8 @@ def choose_parts(balls, solids, floor, listed, h):
     """Choose the number of parts of a step for each listed ball, and sort `listed.order`.
 
     The number follows from the ball's speed, the stiffest contact and the ball's stiff pairs. The order is: balls that
-    take a whole step, balls that take parts of the step alone (by increasing number of parts), and balls with stiff
-    pairs. The function resets `listed.joint` to 1 for all listed balls.
+    take a whole step, balls that take parts of the step (by increasing number of parts), and balls with stiff pairs.
+    The function resets `listed.joint` to 1 for all listed balls.
 
     Args:
         balls: All balls.
@@ -571,7 +571,7 @@ def choose_parts(balls, solids, floor, listed, h):
 
 @inlined
 def _kick(vx, vy, vz, sx, sy, sz, ax, ay, az, tx, ty, tz, rolling, fading, mass, radius, h):
-    """Return the velocity and spin of a ball after h [s] of an acceleration [m/s^2] and a torque [N m].
+    """Return the velocity and spin of a ball after an acceleration [m/s^2] and a torque [N m] over h [s].
 
     The torque of rolling resistance `rolling` [N m] and the decay of spin in air `fading` [-] reduce the spin, at most
     to zero.
@@ -700,7 +700,9 @@ def integrate(balls, memory, solids, bodies, floor, listed, force, first, last, 
 
 @compiled
 def _advance_in_parts(balls, memory, solids, bodies, floor, listed, pairs, stiff, force, first, last, h, ahead):
-    """Advance some balls by one step in equal parts: the largest number of parts that one of these balls needs.
+    """Advance some balls by one step in equal parts.
+
+    The number of parts is the largest number in `listed.parts` of these balls.
 
     Args:
         balls: All balls, with positions in the middle of the step.
@@ -757,7 +759,7 @@ def list_contacts(balls, bodies, solids, with_pairs, h, step):
         step: Time step, for the stiffness marks of the pairs [s].
 
     Returns:
-        Listed balls with the solids near them, as `Listed`, and pairs of balls, as `Pairs`.
+        Listed balls and the solids near these balls, as `Listed`, and pairs of balls, as `Pairs`.
     """
     grid = grid_of(balls)
     way = np.empty(balls.pos.shape[0])  # displacement of each ball within h [m]
@@ -834,7 +836,7 @@ def advance_balls(balls, memory, solids, bodies, floor, listed, pairs, force, h,
 
 @inner
 def end_balls(balls, listed, h):
-    """Update the attitude and the time at rest, `Balls.still`, of all listed balls that do not sleep after h [s].
+    """Update the attitude and the time at rest (`Balls.still`) over h [s] for all listed balls that do not sleep.
 
     A ball is still while the ball is slow and has a contact. The time restarts when the ball gains speed.
     """

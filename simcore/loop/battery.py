@@ -1,4 +1,4 @@
-"""Battery, brown-outs of the roboRIO, and the bus voltage at which battery and motors are in balance."""
+"""Battery, roboRIO brownouts, and the bus voltage at which battery and motor currents balance."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def open_voltage(batteries: Records, i: int) -> float:
 def begin_battery(batteries: Records, i: int) -> None:
     """Swap in a rested battery with the present `charge`, and start the roboRIO and the motor controllers.
 
-    `off_time`, the lowest voltage and the numbers of brown-outs and resets continue from the last battery.
+    The function does not reset `off_time`, `min_voltage`, and the numbers of brownouts and resets.
     """
     b = batteries[i]
     b.slow_drop = 0.0
@@ -43,18 +43,18 @@ def begin_battery(batteries: Records, i: int) -> None:
 
 @inner
 def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float) -> bool:
-    """Draw a current from a battery for one step, and update voltage, charge, energy and brown-out state.
+    """Draw a current from a battery for one step, and update voltage, charge, energy and brownout state.
 
     Args:
         batteries: Records of all batteries.
         i: Index of the battery.
         h: Time step [s].
         current: Net current, constant over the step [A]; negative while charging.
-        at_voltage: Voltage for which the current was computed [V]; NaN for a current that does not depend on the
+        at_voltage: Bus voltage at which the motors draw this current [V]; NaN for a current that does not depend on the
             voltage. A load that would pull the terminals below `at_voltage` draws in proportion to the voltage.
 
     Returns:
-        Whether a brown-out or a reset began in this step; always False if the model has no brown-outs.
+        Whether a brownout or a reset began in this step; always False if the model has no brownouts.
     """
     b = batteries[i]
     if current > 0.0 and at_voltage > 0.0:
@@ -78,10 +78,10 @@ def draw(batteries: Records, i: int, h: float, current: float, at_voltage: float
 def watch_brownout(batteries: Records, i: int, h: float) -> bool:
     """Update the power states of the roboRIO and of the motor controllers after a step of h [s].
 
-    The motor controllers change state only at heartbeats: off during a brown-out or a reboot, otherwise on.
+    The motor controllers change state only at heartbeats: off during a brownout or a reboot, otherwise on.
 
     Returns:
-        Whether a brown-out or a reset began in this step.
+        Whether a brownout or a reset began in this step.
     """
     b = batteries[i]
     v = b.voltage
@@ -118,7 +118,7 @@ def watch_brownout(batteries: Records, i: int, h: float) -> bool:
 
 @inner
 def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
-    """Return the bus voltage in balance with the motors' current: V = V_open - R (I_other + I_motors(V)) [V].
+    """Return the bus voltage at which battery and motor currents balance: V = V_open - R (I_other + I_motors(V)) [V].
 
     Four stalled motors in parallel have less resistance than the battery. An explicit solution, with the current of the
     last step, would therefore ring between 0 and 13 V. Newton's method starts from the last bus voltage and needs one
@@ -129,7 +129,7 @@ def bus_voltage(batteries, i, guess, other_current, shafts, first, last):
         i: Index of the battery.
         guess: Bus voltage in the last step [V].
         other_current: Current of all loads other than motors [A].
-        shafts: Records of all shafts, with their requests.
+        shafts: Records of all shafts.
         first: Index of the robot's first shaft.
         last: Index after the robot's last shaft.
     """

@@ -513,7 +513,7 @@ def _press_point(fleet, r, body, i, what, depth, nx, ny, nz, ax, ay, az, count, 
 
 @compiled
 def _clip(ax, ay, az, bx, by, bz, half, ends, n):
-    """Clip an edge to a box around the origin, append both clipped ends to `ends`, and return the number of ends.
+    """Clip an edge to a box around the origin, append the two ends to `ends`, and return the new number of ends.
 
     The row of an end contains the position [m], the axis of the face of the box that clips the edge (-1 for none), and
     the vector along the whole edge [m]. An edge outside the box adds no ends.

@@ -35,7 +35,8 @@ angle gains energy in steps of 1 ms."""
 _MOST_DAMPING = 0.5
 """Largest fraction of the speed that a damper removes in a step [-]; above 1 the speed would reverse."""
 _LEAST_SIDE = 0.1
-"""Smallest length for the stiffness of a contact [m]: the length over which a corner compresses a bumper."""
+"""Smallest length of an overlap for the computation of contact stiffness [m]: the length over which a corner compresses
+a bumper."""
 _NONE = np.zeros(4, np.uint8)
 """Values of `is_hidden` for a rectangle without hidden sides."""
 

@@ -3,9 +3,9 @@
 A ball is a soft sphere (P. A. Cundall, O. D. L. Strack, "A discrete numerical model for granular assemblies", 1979): at
 an overlap d the foam gives the normal force F(d) (1 + c s). The memory s of a contact goes to 1 during loading, to -1
 during unloading, and to 0 at rest. Foam loses energy by this hysteresis. The loss depends neither on speed, nor on
-mass, nor on the time step, and at rest the force is F(d). Friction is a tangential spring from the first
-point of contact, and the contact slips at the force mu N. The laws hold for forces from a light touch up to the push of
-a robot. All functions take and return plain numbers. `simcore.loop.balls` finds the contacts.
+mass, nor on the time step, and at rest the force is F(d). Friction is a tangential spring from the first point of
+contact, and the contact slips at the force mu N. The laws hold for forces from a light touch up to the push of a robot.
+All functions take and return plain numbers. `simcore.loop.balls` finds the contacts.
 """
 
 from __future__ import annotations
@@ -32,6 +32,9 @@ STIFFEST = 0.05
 """Largest k h^2 / m of a contact in one step [-]; half a period, pi sqrt(m / k), then has at least 14 steps."""
 
 _THINNEST = 0.003  # smallest band w of the memory [-]; restitution is then at least 0.04
+_TURNING = 0.12
+"""Square of the restitution e below which a contact needs shorter steps [-]: while the memory changes sign, the contact
+is about 4 / e^2 times as stiff as the foam."""
 _FORGETS = 0.15
 """Decay time of the memory of foam at rest [s]: at constant overlap the memory decays with the time constant
 band * _FORGETS / 2, where `foam_loss` computes the band. The time is long compared with a bounce and short compared
@@ -117,14 +120,9 @@ def foam_memory(memory, energy, last, band, h):
 
 @inner
 def hardened(slope, restitution):
-    """Return the stiffness that limits the time step of a contact [N/m]: `slope`, increased for a low restitution.
-
-    While the memory changes sign, the stiffness of a contact is K = 4 c k / w (see `foam_loss`, with w = e^2). A row of
-    balls with such contacts is stable for K h^2 / m <= 2, with the reduced mass m of a pair: the stiffness k must not
-    exceed e^2 / (2 c) m / h^2.
-    """
-    e2 = restitution * restitution + 1e-3
-    return slope * max(1.0, 2.0 * STIFFEST * (1.0 - e2) / e2)
+    """Return the stiffness that limits the time step of a contact [N/m]: `slope`, increased for a low restitution."""
+    returned = restitution * restitution + 1e-3
+    return slope if returned >= _TURNING else slope * _TURNING / returned
 
 
 @inner

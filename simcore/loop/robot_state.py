@@ -136,7 +136,7 @@ SHAFT = np.dtype(
         ("charge2", _f),  # integral of the square of one motor's current since the reset [A^2 s]
         ("mean_current", _f),  # mean stator current of all motors in the last call [A]
         ("mean_supply", _f),  # mean supply current of all motors in the last call [A]
-        ("noted_supply", _f),  # supply current of all motors when the last brown-out or reset began [A]
+        ("noted_supply", _f),  # supply current of all motors when the last brownout or reset began [A]
         # --- within a step ---
         ("is_open", _b),  # whether the circuit is open
         ("wanted", _f),  # requested voltage [V]
@@ -234,10 +234,10 @@ BATTERY = np.dtype(
         ("starved", _f),  # time since the voltage fell below the reset voltage [s]
         ("boots", _f),  # remaining boot time of the roboRIO [s]
         ("off_time", _f),  # total time with disabled motor controllers [s]
-        ("brownouts", _i),  # number of brown-outs
+        ("brownouts", _i),  # number of brownouts
         ("resets", _i),  # number of resets of the roboRIO
-        ("noted_voltage", _f),  # voltage when the last brown-out or reset began [V]
-        ("noted_current", _f),  # current when the last brown-out or reset began [A]
+        ("noted_voltage", _f),  # voltage when the last brownout or reset began [V]
+        ("noted_current", _f),  # current when the last brownout or reset began [A]
     ],
     align=True,
 )
@@ -278,6 +278,7 @@ BODY = np.dtype(
         ("rate", _f, (3,)),  # angular velocity, field frame [rad/s]
         ("is_awake", _b),  # swinging body: whether the body moves; a contact force wakes the body
         ("torque", _f, (3,)),  # swinging body: external torque about the pivot in the next call, field frame [N m]
+        ("turn", _f, (3,)),  # neither robot nor swinging body: angular acceleration, field frame [rad/s^2]
         # --- in the last call ---
         ("mean_twist", _f, (6,)),  # mean of `vel` and `rate` over the call [m/s, rad/s]
         ("impulse", _f, (6,)),  # contact impulse in the call [N s], angular impulse about `com` [N m s]

@@ -119,9 +119,14 @@ def advance_robots(
                 else:
                     touch_each_other(fleet, r, q, bodies, h)
     for b in range(len(bodies)):
-        if bodies[b].model.swings and bodies[b].is_awake:
-            touch_stops(bodies[b], solids, has_floor, h)
-            swing(bodies[b], gravity, h)
+        body = bodies[b]
+        if body.model.swings:
+            if body.is_awake:
+                touch_stops(body, solids, has_floor, h)
+                swing(body, gravity, h)
+        elif body.is_active and not body.model.is_robot:
+            for k in range(3):
+                body.rate[k] += h * body.turn[k]
     for r in range(n):
         _kick(fleet, r, bodies, gravity, h, part)
 
@@ -240,10 +245,10 @@ def _follow_target(shafts, i, first_shaft):
 def scrub(azimuth, wheel, least):
     """Return the dry friction [N m] and viscous drag [N m s/rad] of the carpet on a contact patch that is steered.
 
-    The steering of a wheel at rest meets dry friction mu N r and no drag. Coulomb friction acts along the slip. If a
-    rolling wheel already slips at a speed s, and steering at omega adds a speed r omega < s, only the fraction
-    r omega / s of the friction resists the steering. As in a moving car, the steering of a rolling wheel therefore
-    needs little torque, and scrub does not hold the steer angle.
+    Only dry friction mu N r resists the steering of a wheel at rest. Coulomb friction acts along the slip. If a rolling
+    wheel already slips at a speed s, and steering at omega adds a speed r omega < s, only the fraction r omega / s of
+    the friction resists the steering. As in a moving car, the steering of a rolling wheel therefore needs little
+    torque, and scrub does not hold the steer angle.
 
     Args:
         azimuth: Record of the steer shaft.
@@ -345,7 +350,7 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
     quat = body.quat
     mass = body.model.mass
     inertia = body.model.inertia
-    high = body.model.center[2]
+    high = _height_above_contacts(fleet, robot, body)
     robot.plan_mass[0] = 1.0 / (1.0 / mass + high * high / inertia[1])
     robot.plan_mass[1] = 1.0 / (1.0 / mass + high * high / inertia[0])
     ground_x, ground_y, ground_turn = _ground_velocity(fleet, robot, bodies)
@@ -405,6 +410,24 @@ def _roll(fleet, robot, bodies, wx, wy, wz, old_turn, h, bus, part):
 
 
 @inner
+def _height_above_contacts(fleet, robot, body):
+    """Return the height of a robot's center of mass above the wheels' contacts, along the robot's z axis [m].
+
+    The function weights the contacts by load. A wheel of radius R on a robot that is tilted by an angle t touches the
+    ground R (1 - cos t) above the robot's origin. A tire at the origin's height would do work on a tipping robot.
+    """
+    total = 0.0
+    high = 0.0
+    for k in range(robot.model.last_wheel - robot.model.first_wheel):
+        point = fleet.points[robot.model.first_point + k]
+        if point.load > 0.0:
+            _, _, z = rotate_back(body.quat, point.arm[0], point.arm[1], point.arm[2])
+            high -= point.load * z
+            total += point.load
+    return high / total if total > 0.0 else body.model.center[2]
+
+
+@inner
 def _lever(point, body, plate):
     """Return the offset of a wheel's contact on a plate from the plate's pivot, field axes [m]."""
     return (
@@ -444,7 +467,7 @@ def _ground_velocity(fleet, robot, bodies):
 
 @compiled
 def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: bool, gravity: float, h: float) -> None:
-    """Simulate for 3 s how a robot sinks vertically onto the ground, and then stop the robot.
+    """Simulate 3 s in which a robot sinks vertically onto the ground, and then stop the robot.
 
     Args:
         fleet: All robots.

@@ -32,7 +32,7 @@ class Solids(NamedTuple):
     box: FloatArray
     """Lowest and highest corner of each solid's bounding box, field or body frame [m], shape (n, 6)."""
     surface: FloatArray
-    """Friction [-], restitution [-] and rolling-resistance lever [m] of each solid, shape (n, 3)."""
+    """Friction factor [-], restitution factor [-] and rolling-resistance lever [m] of each solid, shape (n, 3)."""
     row: IntArray
     """Row of the field element or body that contains each solid, shape (n,)."""
     is_drivable: npt.NDArray[np.uint8]
@@ -107,7 +107,7 @@ def _closest_on_triangle(x, y, z, ax, ay, az, bx, by, bz, cx, cy, cz):
 
 @inlined
 def nearest_point(solid, x, y, z, reach, first, plane, corner):
-    """Return the distance of a point from a convex solid, the unit normal towards the point, and the kind of contact.
+    """Return the distance of a point from a convex solid, and the unit normal from the solid towards the point.
 
     Args:
         solid: Row of the solid.

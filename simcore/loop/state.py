@@ -58,11 +58,11 @@ class Balls(NamedTuple):
     mass: FloatArray
     """Mass [kg], shape (n,)."""
     foam: FloatArray
-    """Parameters k1 [N/m], k3 [N/m^3], d0 [m] and k2 [N/m^2] of `foam_force`, shape (n, 4)."""
+    """Parameters k1 [N/m], k3 [N/m^3], d0 [m] and k2 [N/m^2] of `foam_force` for each ball, shape (n, 4)."""
     surface: FloatArray
-    """Friction [-], restitution [-] and rolling-resistance lever [m], shape (n, 3)."""
+    """Friction factor [-], restitution factor [-] and rolling-resistance lever [m] of each ball, shape (n, 3)."""
     air: FloatArray
-    """Drag [1/m], lift [-], saturation of lift [m] and decay of spin [-], shape (n, 4)."""
+    """Aerodynamic factors of each ball: drag [1/m], lift [-], lift saturation [m] and spin drag [-], shape (n, 4)."""
     still: FloatArray
     """Time for which each ball has been supported and slow [s], shape (n,)."""
     calm: FloatArray
@@ -117,11 +117,11 @@ class Floor(NamedTuple):
     is_there: bool
     """Whether there is a floor at z = 0."""
     friction: float
-    """Coefficient of friction [-]."""
+    """Friction factor of the floor [-]."""
     restitution: float
-    """Coefficient of restitution [-]."""
+    """Restitution factor of the floor [-]."""
     rolling: float
-    """Lever of the rolling resistance [m]."""
+    """Rolling-resistance lever of the floor [m]."""
     with_pairs: bool
     """Whether balls collide with each other."""
 

@@ -256,7 +256,11 @@ def step_tires(robot, body, shafts, wheels, h, bus, vx, vy, omega):
 
 @inner
 def _begin_shaft(shafts, g, h, bus):
-    """Compute the current line, the torque line and the torque of inertia of a drive shaft for a step of h [s]."""
+    """Prepare a drive shaft for a step of h [s].
+
+    The function linearizes motor current and torque in the shaft speed (see `torque_line`), and computes the terms that
+    do not depend on the new speed: inertia / h times the old speed, plus the torque from the coupled shaft.
+    """
     s = shafts[g]
     model = s.model
     set_step(shafts, g, h)
@@ -309,9 +313,10 @@ def _touch(shafts, g, wheels, first_wheel, vx, vy, omega):
 def _move_chassis(shafts, first_shaft, n_shafts, wheels, first_wheel, mass_x, mass_y, turn_h, vx, vy, omega):
     """Return the chassis velocity [m/s, m/s, rad/s] for the present slips, and set the stiffness of the shafts.
 
-    The matrix is M/h + sum A^T c A minus the compliance of the shafts. The part of c that is equal along and across a
-    wheel is isotropic (independent of the steer angle). The rest has a direction: the compliance of the shaft and, for
-    a tread with grain, the excess of c along the wheel.
+    The velocity is the solution of the symmetric 3 x 3 system in the module's docstring. The matrix of the system is
+    M/h + sum A^T c A, plus the rolling drag, minus the compliance of the shafts. The part of c that is equal along and
+    across a wheel does not depend on the steer angle. All other terms act only along the wheel: the rolling drag, the
+    compliance and, for a tread with grain, the excess of c along the wheel.
     """
     a11 = mass_x
     a22 = mass_y

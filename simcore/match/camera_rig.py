@@ -1,4 +1,4 @@
-"""Cameras and headsets of all robots in a match, with exposure times and lines of sight."""
+"""Cameras and headsets of all robots in a match: exposures, settings from robot code, and lines for telemetry."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _LENGTH = 1.0  # [m]; length of the direction line of a camera without a target
 
 
 def tag_layout(name: str | Path, field_size: tuple[float, float]) -> TagLayout:
-    """Load an AprilTag layout by name (one of `simcore.vision.tag_layout.OFFICIAL_LAYOUTS`) or from a JSON file.
+    """Return an AprilTag layout: an official layout by name, or a layout from a JSON file in WPILib's format.
 
     Args:
-        name: Name of an official layout, or path of a JSON file; an empty name gives a field without tags.
-        field_size: Length and width of the field [m], used only for a field without tags.
+        name: Name in `simcore.vision.tag_layout.OFFICIAL_LAYOUTS`, or path of a JSON file; empty for no tags.
+        field_size: Length and width of the field [m], used only if the name is empty.
 
     Raises:
         UnknownNameError: If no official layout has this name.
@@ -54,11 +54,11 @@ class CameraRig:
         world: Physics world in which lines of sight are tested.
         pieces: All pieces, at their starting positions.
         robots: All robots, at their starting poses.
-        draws: Scatter draws of the run.
+        draws: Random draws of the run.
         field_size: Length and width of the field [m].
-        tags: Layout of the field's AprilTags, as for `tag_layout`; loaded when the first camera is added.
-        rng: Random generator for all noise.
-        network: Network on which cameras publish; None if frames are read from `cameras` only.
+        tags: Name or file of the AprilTag layout for `tag_layout`; the rig loads the layout with the first camera.
+        rng: Random number generator for the noise of cameras and headsets.
+        network: Network on which Limelights publish frames; None if frames are read only from `cameras`.
     """
 
     def __init__(
@@ -75,12 +75,12 @@ class CameraRig:
     ) -> None:
         self.layout = TagLayout.of([], field_size=field_size)
         self.cameras: dict[str, LimelightSim] = {}
-        """Cameras by name, in the order in which they were added."""
-        self._rng = rng  # each camera gets its own stream, so that adding one does not change the noise of the others
+        """Cameras by name, in order of addition."""
+        self._rng = rng  # each camera has a separate random stream, so that a new camera does not change other noise
         self._histories: dict[int, PoseHistory] = {}
         self._tag_errors: FloatArray | None = None
         self.headsets: list[QuestHeadset] = []
-        """QuestNav headsets, in the order in which they were added."""
+        """QuestNav headsets, in order of addition."""
         self._pieces = pieces
         self._class_ids = pieces.state.kind.astype(np.int64)
         self._robots = robots
@@ -93,7 +93,10 @@ class CameraRig:
                 self.mount_camera(config, robot=robot.number)
 
     def mount_camera(self, config: CameraConfig, *, robot: int = 0) -> LimelightSim:
-        """Add a camera to a robot, even during a run; a Limelight also publishes its table on the network.
+        """Add a camera to a robot, possibly during a run, and return the camera.
+
+        A random factor of the scatter (`camera_noise`) multiplies the image noise of the config. If the rig has a
+        network, a Limelight also publishes frames on the network and reads the settings that robot code has written.
 
         Args:
             config: Config of the camera.
@@ -118,12 +121,14 @@ class CameraRig:
         return camera
 
     def add_headset(self, config: QuestConfig, *, robot: int = 0, ports: Sequence[HeadsetPort] = ()) -> QuestHeadset:
-        """Add a QuestNav headset to a robot.
+        """Add a QuestNav headset to a robot, and return the headset.
+
+        A random factor of the scatter (`camera_noise`) multiplies the noise and the drift of the config.
 
         Args:
             config: Config of the headset.
             robot: Number of the robot.
-            ports: Ports on which the headset publishes and listens, e.g. a `QuestNavTable`.
+            ports: Connections on which the headset publishes poses and receives commands, e.g. a `QuestNavTable`.
         """
         noise = self._draws.factor("camera_noise", robot, len(self.headsets))
         names = ("position_noise", "angle_noise_deg", "position_drift", "yaw_drift_deg")
@@ -145,21 +150,24 @@ class CameraRig:
         return self.cameras[name]
 
     def listen(self, time: float) -> None:
-        """Read the settings that robot code has written by this simulated time [s]; call just after robot code runs."""
+        """Read the settings of cameras and headsets that robot code has written until simulated time `time` [s].
+
+        Call the method in each tick directly after robot code has run.
+        """
         for camera in self.cameras.values():
             camera.listen(time)
         for headset in self.headsets:
             headset.listen(time, self._histories[headset.robot])
 
     def follow_carry(self, robot: int, time: float, old_pos: Vector, *, to_start: bool) -> None:
-        """Restart a robot's pose history after a move by the drive team, so that no frame shows a pose in between.
+        """Restart a robot's pose history after a move by the drive team, so that no frame interpolates across the move.
 
         Args:
             robot: Number of the robot.
             time: Simulated time of the move [s].
             old_pos: Position of the robot before the move, field frame [m].
-            to_start: Whether the robot was carried to the start of an auto, where its headset repeats the last pose
-                reset there.
+            to_start: Whether the drive team has placed the robot for an auto; the robot's headsets then repeat the
+                last pose reset at the new pose.
         """
         chassis = self._robots[robot].chassis
         history = self._histories.get(robot)
@@ -171,7 +179,7 @@ class CameraRig:
                 headset.move_start(old_pos, chassis.pos, chassis.quat)
 
     def expose(self, time: float) -> None:
-        """Record robot poses at simulated time `time` [s], expose the frames that are due and publish ready frames."""
+        """Record the robots' poses at simulated time `time` [s], expose due frames, and publish completed frames."""
         if not self._histories:
             return
         scene = CameraScene(
@@ -197,11 +205,11 @@ class CameraRig:
             headset.close()
 
     def direction_lines(self) -> dict[str, FloatArray]:
-        """Return the `direction_line` of each camera to the target of the last frame, by camera name."""
+        """Return the `direction_line` of each camera for the camera's last frame, by camera name."""
         return {name: direction_line(*self._pose(camera), camera.last) for name, camera in self.cameras.items()}
 
     def sighting_lines(self) -> dict[str, FloatArray]:
-        """Return the `sighting_lines` of each camera to the tags of the last frame, by camera name."""
+        """Return the `sighting_lines` of each camera for the camera's last frame, by camera name."""
         return {
             name: sighting_lines(*self._pose(camera), camera.last, self.layout) for name, camera in self.cameras.items()
         }
@@ -212,7 +220,9 @@ class CameraRig:
 
 
 def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatArray:
-    """Return the line from a camera to the target of its last frame, or 1 m along the optical axis without a target.
+    """Return a line from a camera to the target in the last frame, or 1 m along the optical axis without a target.
+
+    The target is the primary AprilTag of the frame, or the primary piece if the frame shows no AprilTag.
 
     Args:
         pos: Position of the camera, field frame [m].
@@ -220,7 +230,7 @@ def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatA
         frame: Last frame; None before the first frame.
 
     Returns:
-        Poses of both ends as rows of x, y, z [m], qw, qx, qy, qz, shape (2, 7).
+        Poses of the two ends of the line, rows of x, y, z [m], qw, qx, qy, qz, shape (2, 7).
     """
     ahead, left, up = _LENGTH, 0.0, 0.0
     tag = frame.primary_tag if frame is not None else None
@@ -236,7 +246,7 @@ def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatA
 
 
 def sighting_lines(pos: Vector, quat: Quaternion, frame: Frame | None, layout: TagLayout) -> FloatArray:
-    """Return a line that runs from a camera to each of the n tags of its last frame and back.
+    """Return a polyline from a camera to each of the n tags in the last frame and back to the camera.
 
     Args:
         pos: Position of the camera, field frame [m].
@@ -245,7 +255,7 @@ def sighting_lines(pos: Vector, quat: Quaternion, frame: Frame | None, layout: T
         layout: Layout of the field's tags.
 
     Returns:
-        Poses of the line's points as rows of x, y, z [m], qw, qx, qy, qz, shape (2 n + 1, 7), or (0, 7) without tags.
+        Poses of the line's points, rows of x, y, z [m], qw, qx, qy, qz, shape (2 n + 1, 7), or (0, 7) without tags.
     """
     ids = [tag.id for tag in frame.tags] if frame is not None else []
     if not ids:
@@ -264,7 +274,7 @@ def _poses(points: FloatArray, quat: Quaternion) -> FloatArray:
 
 
 def _with_noise(config: CameraConfig, factor: float) -> CameraConfig:
-    """Return a copy of a camera config with its image noise multiplied by a factor."""
+    """Return a camera config with the corner noise and the pipelines' box noise multiplied by a factor."""
     if factor == 1.0:
         return config
     pipelines = tuple(
@@ -277,7 +287,7 @@ def _with_noise(config: CameraConfig, factor: float) -> CameraConfig:
 
 
 class _WorldSight:
-    """Line-of-sight test by ray casts in the physics world."""
+    """Line-of-sight test that casts rays in the physics world and ignores the robot with the camera."""
 
     def __init__(self, world: PhysicsWorld, rows: Sequence[int]) -> None:
         self._world = world

@@ -1,7 +1,8 @@
-"""Telemetry schema (docs/telemetry.md): one row per channel, with the function that reads its values.
+"""Telemetry schema (docs/telemetry.md): key, type, unit, meaning and value function of each channel.
 
-`simcore.match.publish` calls each function once a tick, for all robots or all mechanisms of a kind together;
-`m["speed"]` is a field of the mechanisms' records in the loop (`simcore.loop.robot_state.SHAFT`).
+`simcore.match.publish` calls each function once per snapshot. A function for robots or mechanisms returns the values of
+all robots or of all mechanisms that have the channel. In such a function, `m["speed"]` is a field of the mechanisms'
+records in the compiled loop (`simcore.loop.robot_state.SHAFT`).
 """
 
 from __future__ import annotations
@@ -99,7 +100,7 @@ MATCH = (
     Channel("Sim/Limelights/<name>/SeenTags", "Pose3d[]", lambda m: m.cameras.sighting_lines(),
             "line from the lens to each tag of the last frame and back; empty without tags", "m", 6),
 )  # fmt: skip
-"""Channels of the match as a whole."""
+"""Channels with one value for the whole match, or with a value for each named part of the match."""
 
 PIECES = (
     Channel("Sim/GamePieces/<Type>", "Pose3d[]", lambda p: p.here,
@@ -112,7 +113,7 @@ PIECES = (
             "pieces in all robots, at their places in them"),
     Channel("Sim/HeldIds/<Type>", "int[]", lambda p: p.held_slots, "id of the piece in each of these rows"),
 )  # fmt: skip
-"""Channels of each kind of game piece."""
+"""Channels of each kind of game piece; the name of the kind replaces `<Type>` in the key."""
 
 ROBOT = (
     Channel("Robot/Pose3d", "Pose3d", lambda f: f.view.places,
@@ -149,7 +150,7 @@ ROBOT = (
             "lowest battery voltage within the tick, over steps of 1 ms", "V", 3),
     Channel("Debug/BatteryVoltageLowest", "double", lambda f: f.batteries["min_voltage"],
             "lowest battery voltage since the run began", "V", 6),
-    Channel("Debug/Brownouts", "int", lambda f: f.batteries["brownouts"], "brown-outs since the run began"),
+    Channel("Debug/Brownouts", "int", lambda f: f.batteries["brownouts"], "brownouts since the run began"),
     Channel("Debug/BrownedOut", "boolean", lambda f: f.batteries["tick_was_off"],
             "the roboRIO switched its outputs off at some time in the tick"),
     Channel("Debug/BatteryCurrent", "double", lambda f: f.batteries["current"],
@@ -169,8 +170,10 @@ ROBOT = (
     Channel("Lights/<name>/Shows", "string", lambda f: [robot.light_requests for robot in f.robots],
             "requests of a CANdle in words: `SolidColor 0-7 #00FF00, RainbowAnimation 8-67`"),
 )  # fmt: skip
-"""Channels of each robot: robot 0 under `Sim/`, robot 1 under `Sim/Robots/1/` and so on; each function returns the
-values of all robots."""
+"""Channels of each robot, with the prefix `Sim/` for robot 0, `Sim/Robots/1/` for robot 1 and so on.
+
+Each function returns the values of all robots.
+"""
 
 MECHANISM = (
     Channel("VelocityRPS", "double", lambda m: m["speed"] / math.tau, "speed of the mechanism, after its gears",
@@ -188,8 +191,10 @@ MECHANISM = (
     Channel("HeightM", "double", lambda m: [lift.height for lift in m.mechanisms],
             "height of an elevator's carriage", "m", 6, ElevatorSim),
 )  # fmt: skip
-"""Channels of each mechanism, after `Debug/` and the mechanism's name; each function returns the values of all
-mechanisms of a kind."""
+"""Channels of each mechanism, with `Debug/` and the mechanism's name before the key.
+
+Each function returns the values of all mechanisms that have the channel.
+"""
 
 PART = (
     Channel("IntakeZoneActive", "boolean", lambda intake: intake.is_active,
@@ -199,4 +204,7 @@ PART = (
     Channel("IsHanging", "boolean", lambda climber: climber.rung is not None, "the climber hangs on a rung",
             owner=Climber),
 )  # fmt: skip
-"""Channels of each intake, shooter and climber, after `Debug/`; from a robot's second part on, the key has a number."""
+"""Channels of each intake, shooter and climber, with `Debug/` before the key.
+
+If a robot has several such parts, the keys from the second part on end in the number of the part.
+"""

@@ -1,4 +1,4 @@
-"""Match clock: named phases, and the match time that the field or a driver station starts and stops."""
+"""Match clock: a timetable of named phases, and a timer with the current match time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Mode: TypeAlias = Literal["auto", "disabled", "teleop"]
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """One phase of a match."""
+    """Phase of a match: name, duration and robot mode."""
 
     name: str
     duration: float
@@ -72,7 +72,7 @@ class MatchClock:
         raise ConfigError(f"MatchClock: no phase of mode {mode!r} among {[p.name for p in self.phases]}")
 
     def phase(self, time: float) -> Phase:
-        """Return the phase at a match time [s], or the last phase after the end."""
+        """Return the phase at a match time [s]; after the end of the match, return the last phase."""
         for phase in self.phases:
             if time < phase.duration - 1e-9:
                 return phase
@@ -80,12 +80,12 @@ class MatchClock:
         return self.phases[-1]
 
     def remaining(self, time: float) -> float:
-        """Return the time left in the match at a match time [s]."""
+        """Return the time left until the end of the match at a match time [s]; 0 after the end."""
         return max(0.0, self.duration - time)
 
 
 class MatchTimer:
-    """Running match time for scoring, telemetry and rules.
+    """Timer with the current match time, for scoring, telemetry and rules.
 
     Without a driver station, the time starts with the first tick and never stops. With a driver station, the time
     starts when robots are first enabled and stops while robots are disabled, except in disabled phases and after the
@@ -95,19 +95,19 @@ class MatchTimer:
     def __init__(self, clock: MatchClock) -> None:
         self.clock = clock
         self.time = 0.0
-        """Time since the start of auto [s]."""
+        """Match time: simulated time since the start of the first phase, without stops [s]."""
         self._ticks = 0
         self._start = 0.0
         self._enabled: bool | None = None  # None without a driver station
 
     @property
     def phase(self) -> Phase:
-        """Current phase of the match."""
+        """Phase of the match at the current match time; the last phase after the end of the match."""
         return self.clock.phase(self.time)
 
     @property
     def remaining(self) -> float:
-        """Time left in the match [s]."""
+        """Time left until the end of the match [s]."""
         return self.clock.remaining(self.time)
 
     @property
@@ -117,7 +117,11 @@ class MatchTimer:
 
     @property
     def is_enabled(self) -> bool:
-        """Whether robots are enabled, by the driver station or else by the phase."""
+        """Whether robots are enabled.
+
+        A driver station sets this value with `set_enabled`. Without a driver station, robots are enabled until the end
+        of the match, except in phases with mode `disabled`.
+        """
         if self._enabled is not None:
             return self._enabled
         return not self.is_over and self.phase.mode != "disabled"
@@ -127,17 +131,21 @@ class MatchTimer:
         self._enabled = False
 
     def start(self, mode: Mode) -> None:
-        """Set the match time to the start of a mode that a driver station has just enabled."""
+        """Set the match time to the start of the first phase of a mode that a driver station has just enabled.
+
+        Raises:
+            ConfigError: If the clock has no phase of this mode.
+        """
         self._start = self.clock.start_of_mode(mode)
         self._ticks = 0
         self.time = self._start
 
     def set_enabled(self, enabled: bool) -> None:
-        """Enable or disable the robots, as the driver station does."""
+        """Enable or disable the robots on behalf of a driver station."""
         self._enabled = enabled
 
     def advance(self, dt: float) -> None:
-        """Advance the match time by a tick of dt [s], unless the driver station has stopped it."""
+        """Advance the match time by one tick of dt [s], unless the driver station has stopped the match time."""
         if self._enabled is False and not self.is_over and (self.phase.mode != "disabled"):
             return
         self._ticks += 1

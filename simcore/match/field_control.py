@@ -1,8 +1,8 @@
-"""Commands of users on a practice field, such as a reset of the field or the placement of a robot.
+"""Commands of users to a running match, e.g. to reset the field or to place a robot.
 
-Web pages, dashboards and Python share one table of actions. Commands may come from any thread at any time.
-`FieldControl` checks the arguments of a command on arrival and runs the commands in order before the next tick, so that
-no command takes effect halfway through a tick.
+Web pages, dashboards and Python code use the same table of actions, `ACTIONS`. Any thread may queue commands at any
+time. `FieldControl` checks the arguments of a command immediately, and runs all queued commands in order before the
+next tick. No command therefore takes effect in the middle of a tick.
 """
 
 from __future__ import annotations
@@ -44,59 +44,59 @@ _ALLIANCES: dict[str, Alliance] = {"blue": "blue", "red": "red"}
 
 
 class ControlledMatch(PlayedMatch, Protocol):
-    """Parts of a match that field control uses."""
+    """Match interface that `FieldControl` uses."""
 
     entries: tuple[RobotEntry, ...]
 
     @property
     def count(self) -> PieceCount:
-        """Number of pieces on the field, in flight, in robots, scored, placed and off the field."""
+        """Number of pieces by status: on the field, in flight, in robots, scored, placed and off the field."""
 
     def carry_to(self, number: int, pose: Pose) -> None:
-        """Place a robot at rest, as if the drive team carried the robot to a pose."""
+        """Place a robot at rest at a pose; the gyro keeps its reading."""
 
     def require_robot(self, number: int) -> None:
-        """Raise an error for a robot number that does not exist."""
+        """Raise a `ConfigError` if there is no robot with this number."""
 
     def reset_field(self) -> None:
-        """Reset pieces, preloads, score and rules to the start of the match."""
+        """Reset pieces, preloads, score and rules to the state at the start of the match."""
 
     def set_controller(self, number: int, controller: Controller | None) -> None:
-        """Set the controller of a robot."""
+        """Set the controller of a robot from the next tick on; None removes the controller."""
 
     def start_mode(self, mode: Mode) -> None:
-        """Set the match clock to the start of a mode, as a driver station does."""
+        """Set the match clock to the start of a mode, as if a driver station had enabled the mode."""
 
     def start_pose(self, number: int) -> Pose:
-        """Return the start pose of a robot, field frame [m, m, rad]."""
+        """Return the start pose of a robot for the robot's current alliance, field frame [m, m, rad]."""
 
 
 @dataclass(frozen=True, slots=True)
 class CommandResult:
-    """Result of one command."""
+    """Result of one command: executed or refused, with a description."""
 
     number: int
     """Number of the command, counted from 1."""
     command: str
     """Description of the command."""
     is_done: bool
-    """Whether the command was done; a refused command changes nothing."""
+    """Whether the command was executed; a refused command changes nothing."""
     text: str
-    """Description of the result, or the reason for the refusal and what would work."""
+    """Description of the effect of an executed command, or reason for a refusal with a remedy."""
 
     def __str__(self) -> str:
-        """Return one line: `3 done: ...` or `4 refused: ...`."""
+        """Return the result as one line of text, e.g. `3 done: ...` or `4 refused: ...`."""
         return f"{self.number} {'done' if self.is_done else 'refused'}: {self.text}"
 
 
 class FieldControl:
     """Queue of commands to one match, available as `Match.control`.
 
-    Each command method queues a command and returns the number of the command. The command runs before the next tick;
-    the result is then in `results`. A refused command changes nothing and is logged.
+    Each command method queues a command and returns the number of the command. `before_tick` runs the queued commands,
+    appends the results to `results` and logs the results. A refused command changes nothing.
 
     Args:
-        match: Match that the commands act on.
+        match: Match that the commands change.
 
     Example:
         >>> from simcore.match.match import Match
@@ -114,18 +114,21 @@ class FieldControl:
         self._queue: deque[tuple[int, str, Callable[[], str]]] = deque()
         self._last_number = 0
         self.results: deque[CommandResult] = deque(maxlen=_KEPT)
-        """Results of the latest commands, oldest first."""
+        """Results of the latest 100 commands, oldest first."""
         self.count = 0
-        """Number of commands done or refused so far."""
+        """Number of commands executed or refused so far."""
         self.sources: list[Callable[[], object]] = []
-        """Functions called before every tick; commands that the functions queue run in the same tick."""
+        """Functions called before each tick; the commands that these functions queue run before the same tick."""
         self.placed: list[Callable[[int, Pose | None], object]] = []
-        """Functions called when a robot is placed, with its number and pose [m, m, rad], or None for the start pose."""
+        """Functions called after `place_robot` or `place_at_start` has placed a robot.
+
+        The arguments are the robot number and the new pose, field frame [m, m, rad], or None for the start pose.
+        """
 
     # --- commands -------------------------------------------------------------------------------------------------
 
     def do(self, name: str, arguments: Mapping[str, Any]) -> int:
-        """Queue an action of the table `ACTIONS`, as web pages and dashboards do.
+        """Queue an action by name, for web pages and dashboards.
 
         Args:
             name: Name of the action in `ACTIONS`.
@@ -147,31 +150,31 @@ class FieldControl:
         return self._enqueue(action.words.format(**values), partial(action.act, self, **values))
 
     def reset_field(self) -> int:
-        """Reset pieces, preloads, score and rules to the start of the match.
+        """Queue a reset of pieces, preloads, score and rules to the state at the start of the match.
 
-        Robots stay in place, their batteries keep their charge, and the clock goes on.
+        The robots keep their poses and battery charge, and the match clock keeps running.
         """
         return self.do("reset", {})
 
     def spawn(self, kind: str, places: Sequence[Sequence[float]]) -> int:
-        """Put pieces on the carpet, each at the free position nearest to the requested position.
+        """Queue a command that puts pieces on the carpet, each at the free position nearest to the requested position.
 
-        Unused pieces are put down first, then pieces that wait off the field, then pieces that have scored; the game's
-        total number of pieces never changes.
+        The command uses pieces that have not been in play first, then pieces off the field, then scored pieces. The
+        game's total number of pieces never changes.
 
         Args:
             kind: Name of the kind of piece.
             places: Requested positions, x and y of each piece, field frame [m].
 
         Raises:
-            ConfigError: If a position is not two finite numbers.
+            ConfigError: If a position is not two finite numbers, or if there are not 1 to 1000 positions.
         """
         return self.do("put_down", {"kind": kind, "places": places})
 
     def place_robot(self, pose: Any, robot: int = 0) -> int:
-        """Place a robot at rest; the gyro keeps its reading, and pieces are moved out of the way.
+        """Queue the placement of a robot at rest; the gyro keeps its reading, and pieces are moved out of the way.
 
-        Robot code keeps its pose estimate, so also reset the odometry of the robot code.
+        The placement does not change the pose estimate of robot code. Therefore, also reset the odometry in robot code.
 
         Args:
             pose: x, y [m] and heading [rad], or a `Pose2d`, field frame.
@@ -183,13 +186,14 @@ class FieldControl:
         return self.do("place", {"pose": pose, "robot": robot})
 
     def place_at_start(self, robot: int = 0) -> int:
-        """Place a robot at its start pose for its current alliance."""
+        """Queue the placement of a robot at the start pose for the robot's current alliance."""
         return self.do("start", {"robot": robot})
 
     def start_auto(self, name: str, robot: int = 0) -> int:
-        """Reset the field, place a robot at the start of one of the game's autos, and run the auto from its beginning.
+        """Queue the start of an auto: reset the field, place a robot at the auto's start pose, and run the auto.
 
-        The command is refused for a robot with robot code, which selects the auto with its own chooser.
+        The command is refused for a robot with robot code, because robot code selects the auto. The command is also
+        refused for a robot that lacks a mechanism or part of the game's default robot.
 
         Args:
             name: Name of the auto.
@@ -198,18 +202,19 @@ class FieldControl:
         return self.do("auto", {"name": name, "robot": robot})
 
     def human_action(self, alliance: str, name: str) -> int:
-        """Request an action of the human player of `blue` or `red`, performed as soon as the action is possible.
+        """Queue a request for an action of the human player of `blue` or `red`.
 
-        From the first call on, a person controls this human player and the game's own policy is off.
+        The human player performs the action when the period since the last piece has passed. The request also gives
+        control of the human player to a person, so that the game's own policy no longer acts.
         """
         return self.do("human", {"alliance": alliance, "name": name})
 
     def take_over(self, alliance: str, by_person: bool = True) -> int:
-        """Give control of an alliance's human player to a person, or back to the game's own policy."""
+        """Queue a command that gives control of an alliance's human player to a person, or to the game's own policy."""
         return self.do("take_over", {"alliance": alliance, "by_person": by_person})
 
     def refuse(self, command: str, why: str) -> int:
-        """Record an unreadable command as refused, with the reason."""
+        """Queue a command that is refused with a given reason, e.g. for an unreadable message."""
 
         def act() -> str:
             raise ConfigError(why)
@@ -219,7 +224,7 @@ class FieldControl:
     # --- the tick -------------------------------------------------------------------------------------------------
 
     def before_tick(self) -> None:
-        """Run the commands that have arrived since the last tick."""
+        """Call all sources, run all queued commands, and perform the due actions of human players."""
         for source in self.sources:
             source()
         while self._queue:
@@ -298,7 +303,7 @@ class FieldControl:
         return f"auto {name!r} begins"
 
     def _ask(self, alliance: str, name: str) -> str:
-        """Request an action of a human player and give control to a person."""
+        """Request an action of an alliance's human player, and give control of the human player to a person."""
         match = self._match
         whose, actions = self._human_player(alliance)
         if name not in actions:
@@ -323,7 +328,7 @@ class FieldControl:
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _human_player(self, alliance: str) -> tuple[Alliance, dict[str, HumanAction]]:
-        """Return an alliance by its name, and the actions of its human player."""
+        """Return the alliance named `alliance`, and the actions of the alliance's human player by action name."""
         actions = {action.name: action for action in self._match.rules.human_actions()}
         if not actions:
             raise ConfigError(f"this run of {self._match.game.name} has no human players; whole matches may have them")
@@ -332,7 +337,7 @@ class FieldControl:
         return _ALLIANCES[alliance], actions
 
     def _carry_out(self) -> None:
-        """Perform requested actions of human players that are ready, and drop requests that are done or impossible."""
+        """Perform requested actions of human players that are ready, and remove completed and impossible requests."""
         match = self._match
         for alliance, wanted in match.persons.items():
             _, actions = self._human_player(alliance)
@@ -350,7 +355,10 @@ class FieldControl:
             return self._last_number
 
     def _guarded(self, robot: int, name: str, controller: Controller) -> Controller:
-        """Return a controller that is removed from the robot after an error, so that the match goes on."""
+        """Return a controller that calls `controller`, and after an error removes itself from the robot.
+
+        The error is reported as a refused command, and the match continues without a controller for the robot.
+        """
 
         def play(body: Robot, time: float) -> None:
             try:
@@ -371,7 +379,7 @@ def _reason(error: Exception) -> str:
 
 
 def _missing(config: RobotConfig, wanted: RobotConfig) -> str:
-    """Return the first part that a robot lacks compared with a wanted config, worded to follow "no"; empty if none."""
+    """Return the first part of the config `wanted` that `config` lacks, worded to follow "no"; empty if complete."""
     for name, mechanism in wanted.mechanisms.items():
         if type(config.mechanisms.get(name)) is not type(mechanism):
             return f"{type(mechanism).__name__.removesuffix('Config').lower()} named {name!r}"
@@ -426,15 +434,20 @@ def _numbers(owner: str, values: Any, want: str, count: int) -> tuple[float, ...
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """One row of the table of field actions."""
+    """Action in the table `ACTIONS`: description, function and checks of the arguments."""
 
     words: str
-    """Format string that describes the command, with its arguments in braces."""
+    """Format string that describes the command, with the names of the arguments in braces."""
     act: Callable[..., str]
-    """Function that performs the action, called with the `FieldControl` and the arguments; returns a description of the
-    effect."""
+    """Function that performs the action and returns a description of the effect.
+
+    The arguments are the `FieldControl` and the arguments of the action by name.
+    """
     arguments: Mapping[str, Callable[[str, Any], Any]]
-    """Check of each argument, by name: a function of a name for messages and a value that returns the checked value."""
+    """Function that checks and converts an argument, by argument name.
+
+    The function is called with a name for error messages and the value, and returns the converted value.
+    """
 
 
 ACTIONS: Mapping[str, Action] = {
@@ -458,4 +471,4 @@ ACTIONS: Mapping[str, Action] = {
         {"alliance": _text},
     ),
 }
-"""Actions by the name used in a web page's message."""
+"""Actions by name, as used in messages of web pages and dashboards."""

@@ -1,4 +1,4 @@
-"""Aids for referees: fouls, pin counts, released pieces, and tests of robot contact and reach."""
+"""Functions for rules about fouls: foul record, pin counts, released pieces, and tests of robot contact and reach."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ __all__ = [
     "robot_near",
 ]
 
-_APART = 1.0  # [s]; our choice: a repeat after a shorter pause is the same foul
+_APART = 1.0  # [s]; our choice: a repeat after a shorter pause is the same violation
 
 
 @dataclass(slots=True)
 class _Stretch:
-    """One uninterrupted violation of a rule."""
+    """Violation of a rule, with interruptions of at most 1 s."""
 
     start: float
     last: float = -math.inf
@@ -46,10 +46,10 @@ class _Stretch:
 
 
 class FoulBook:
-    """Record of rule violations that counts a violation over several ticks as one foul.
+    """Record of rule violations that calls one foul for a violation that lasts several ticks.
 
     Args:
-        match: Match whose tracker receives the fouls.
+        match: Match in whose `tracker` the fouls are recorded.
     """
 
     def __init__(self, match: PlayedMatch) -> None:
@@ -59,18 +59,18 @@ class FoulBook:
     def call(
         self, rule: str, robot: int, points: int, text: str, *about: Hashable, every: float = math.inf, later: int = 0
     ) -> None:
-        """Report that a robot breaks a rule in this tick; call the method in each tick of the violation.
+        """Record that a robot violates a rule in this tick; call a foul at the start of the violation.
 
-        A violation that resumes within 1 s is the same foul.
+        Call the method in each tick of the violation. A violation that resumes within 1 s is the same violation.
 
         Args:
             rule: Number of the rule in the manual.
             robot: Number of the robot.
             points: Points for the other alliance.
             text: Description of the violation, worded to follow "robot 0" in a message.
-            about: Further keys that separate this violation from others of the same rule and robot at the same time,
-                e.g. the number of the opponent.
-            every: Duration after which a continued violation is another foul [s].
+            about: Further keys that distinguish this violation from simultaneous violations of the same rule by the
+                same robot, e.g. the number of the opponent.
+            every: Duration after which a continued violation is a further foul [s].
             later: Points for each further foul of a continued violation.
         """
         match, key = self._match, (rule, robot, *about)
@@ -84,15 +84,15 @@ class FoulBook:
             now.fouls += 1
 
     def rules(self, alliance: Alliance) -> list[str]:
-        """Return the rule number of each foul of an alliance so far, oldest first."""
+        """Return the rule number of each foul that an alliance has committed so far, oldest first."""
         return [foul.rule for foul in self._match.tracker.fouls if foul.alliance == alliance]
 
     def count(self, alliance: Alliance, points: int) -> int:
-        """Count an alliance's fouls worth a given number of points."""
+        """Return the number of an alliance's fouls that give a certain number of points to the opponents."""
         return len([1 for f in self._match.tracker.fouls if f.alliance == alliance and f.points == points])
 
     def gained(self, alliance: Alliance) -> int:
-        """Return the points that an alliance has gained from its opponents' fouls."""
+        """Return the points that an alliance has received for fouls of the opposing alliance."""
         total = 0
         for foul in self._match.tracker.fouls:
             if foul.gains == alliance:
@@ -102,20 +102,20 @@ class FoulBook:
 
 @dataclass(frozen=True, slots=True)
 class PieceRelease:
-    """Release of a piece by a robot."""
+    """Release of a piece by a robot: piece, robot and speed."""
 
     slot: int
     """Slot of the piece."""
     robot: int
     speed: float
-    """Horizontal speed relative to the robot, in the tick of the release [m/s]."""
+    """Horizontal speed of the piece relative to the robot, at the end of the tick of the release [m/s]."""
 
 
 class Releases:
-    """Detector of piece releases from hoppers, shooters and placers.
+    """Detector of pieces that robots release from hoppers, shooters and placers.
 
     Args:
-        match: Match to track.
+        match: Match whose robots and pieces are tracked.
     """
 
     def __init__(self, match: PlayedMatch) -> None:
@@ -123,9 +123,9 @@ class Releases:
         self._holders: dict[int, int] = {}
 
     def update(self) -> list[PieceRelease]:
-        """Return the pieces that robots have released onto the field or into the air since the last call.
+        """Return the releases of pieces onto the field or into the air since the last call.
 
-        Call the method once a tick.
+        Call the method once per tick.
         """
         match, state = self._match, self._match.pieces.state
         now = {slot: robot.number for robot in match.robots for slot in robot.held}
@@ -142,8 +142,8 @@ class Releases:
 _PIN_APART = inches(72.0)
 _PIN_AWAY = 3.0  # [s]; a pin ends when the robots have been `_PIN_APART` apart for this time
 _HELD_SPEED = 0.25  # [m/s]; our choice: a faster robot is not pinned
-_BESIDE = 0.1  # [m]; our choice: a robot this close to a static element can be pinned against it
-_TRYING = 15.0  # [A] of a drive motor; our choice: a robot that only holds its heading draws less
+_BESIDE = 0.1  # [m]; our choice: a robot this close to a static element can be pinned against the element
+_TRYING = 15.0  # [A] of a drive motor; our choice: a robot that only holds the heading draws less
 
 Pin: TypeAlias = tuple[int, int]
 """Numbers of the pinning robot and the pinned robot."""
@@ -152,22 +152,23 @@ Pin: TypeAlias = tuple[int, int]
 @dataclass(slots=True)
 class _PinCount:
     where: Mapping[int, tuple[float, float]]
-    """Positions of both robots at the start of the count, by robot number [m]."""
+    """Position of each of the two robots at the start of the count, field frame [m], by robot number."""
     seconds: float = 0.0
     ended: float = 0.0
-    """Time since the robots moved six feet apart, or either robot six feet away from its position in `where` [s]."""
+    """Time for which the robots, or a robot and the position in `where`, have been six feet apart [s]."""
     fouls: int = 0
 
 
 class PinCounts:
     """Pin counts of one match under the PIN rule of FIRST's game manuals.
 
-    A robot pins an opponent by contact that keeps an opponent from moving although the opponent tries to move. A count
-    ends when the robots have been six feet apart for three seconds, when either robot has been six feet away from its
-    position at the start of the count for three seconds, or when the pinned robot pins the other robot.
+    A robot pins an opponent if the contact keeps the opponent from moving although the opponent tries to move. A count
+    pauses while the robot does not pin the opponent. A count ends after three seconds with the robots six feet apart or
+    with one of the robots six feet away from the position at the start of the count. A count also ends when the pinned
+    robot pins the other robot.
 
     Args:
-        limit: Longest allowed pin, and period of each further foul [s].
+        limit: Longest allowed pin, and additional time of a pin until each further foul [s].
     """
 
     def __init__(self, limit: float = 3.0) -> None:
@@ -175,7 +176,7 @@ class PinCounts:
         self._counts: dict[Pin, _PinCount] = {}
 
     def seconds(self, pin: Pin) -> float:
-        """Return the duration of a pin so far [s], or 0 without a count for this pin."""
+        """Return the duration of a pin so far [s]; 0 if there is no count for the pin."""
         return self._counts[pin].seconds if pin in self._counts else 0.0
 
     def update(self, dt: float, pins: set[Pin], places: Mapping[int, tuple[float, float]]) -> list[tuple[Pin, int]]:
@@ -184,7 +185,7 @@ class PinCounts:
         Args:
             dt: Time step [s].
             pins: Pins in this tick.
-            places: Positions of all robots, by robot number [m].
+            places: Positions of all robots, field frame [m], by robot number.
 
         Returns:
             Each pin that has just become a foul, with the number of earlier fouls for the same pin.
@@ -209,11 +210,11 @@ class PinCounts:
 
 
 def pins_of(match: PlayedMatch) -> set[Pin]:
-    """Return the pins of this tick, in which a robot touches an opponent that tries to move but hardly moves.
+    """Return the pins of this tick: each pair of a robot and an opponent that the robot holds in place.
 
-    An opponent tries to move if a drive motor draws at least 15 A, and hardly moves at 0.25 m/s or less. The pinned
-    robot must be held between the pinning robot and a static element, or between two opponents; robots that push each
-    other in the open field do not pin.
+    The robots of a pair touch. A drive motor of the pinned robot draws at least 15 A, but the pinned robot moves at
+    0.25 m/s or less. The pinned robot is also close to a static element, or touches a second opponent. Robots that push
+    each other in the open field do not pin.
     """
     sides = match.alliances
     touches = [(a, b) for a, b in sorted(match.contacts.robots) if sides[a] != sides[b]]
@@ -229,7 +230,7 @@ def pins_of(match: PlayedMatch) -> set[Pin]:
 
 
 def _is_at_something(match: PlayedMatch, robot: Robot) -> bool:
-    """Return whether a robot is within 0.1 m of a static element of the field."""
+    """Return whether a robot's bumpers are within 0.1 m of a static element of the field."""
     body, chassis = robot.chassis.config, robot.chassis
     half = 0.5 * body.bumper_length + _BESIDE, 0.5 * body.bumper_width + _BESIDE
     height = chassis.pos[2]
@@ -242,19 +243,19 @@ def is_airborne(robot: Robot) -> bool:
 
 
 def lowest_bumper(robot: Robot) -> float:
-    """Compute the height of the lowest point of a robot's bumpers [m]."""
+    """Return the height of the lowest point of a robot's bumpers above the carpet [m]."""
     body, chassis = robot.chassis.config, robot.chassis
     x, y = 0.5 * body.bumper_length, 0.5 * body.bumper_width
     return chassis.pos[2] + min(rotate(chassis.quat, (a, b, body.clearance))[2] for a in (-x, x) for b in (-y, y))
 
 
 def robot_near(robots: Sequence[Robot], place: FloatArray, reach: float) -> int:
-    """Return the number of the first robot whose bumpers are within reach of a point, or -1 if no robot is in reach.
+    """Return the number of the first robot with bumpers within reach of a point, seen from above; -1 for no robot.
 
     Args:
         robots: Robots to test, in order.
         place: Point, field frame [m], shape (2,).
-        reach: Largest distance from the bumpers [m].
+        reach: Largest distance of the point from the bumpers, along the x or y axis of the robot [m].
     """
     for robot in robots:
         body = robot.chassis.config
@@ -265,21 +266,31 @@ def robot_near(robots: Sequence[Robot], place: FloatArray, reach: float) -> int:
 
 
 def is_carried(match: PlayedMatch, number: int, by: int) -> bool:
-    """Return whether robot `by` fully carries robot `number`, which is higher, off the ground and off all elements."""
+    """Return whether a robot is above another robot, and touches neither the ground nor a field element.
+
+    Args:
+        match: Match of the robots.
+        number: Number of the upper robot.
+        by: Number of the lower robot.
+    """
     above, below = match.robots[number], match.robots[by]
     is_higher = above.chassis.pos[2] > below.chassis.pos[2] + above.chassis.config.clearance
     return is_higher and is_airborne(above) and not match.contacts.elements(number)
 
 
 def reaches_into(robot: Robot, other: Robot) -> bool:
-    """Return whether an active intake that extends past the bumpers reaches into another robot's frame perimeter."""
+    """Return whether an active intake extends past a robot's bumpers and into the frame perimeter of another robot."""
     body, frame = other.chassis.config, 2.0 * other.chassis.config.bumper_thickness
     perimeter = corners(*other.chassis.pose, body.bumper_length - frame, body.bumper_width - frame)
     return any(overlaps(perimeter, outline) for outline in _reaching_out(robot))
 
 
 def _reaching_out(robot: Robot) -> list[FloatArray]:
-    """Return the outlines of active intakes that extend past the bumpers, field frame [m], shape (n, 2) each."""
+    """Return the outline of each active intake that extends past the front or rear bumper, field frame [m].
+
+    An outline contains only the part of the zone outside of the bumpers, shape (4, 2). For an intake on a moving part,
+    the outline is the center of the zone, shape (1, 2).
+    """
     (px, py, yaw), outlines = robot.chassis.pose, []
     c, s, half = math.cos(yaw), math.sin(yaw), 0.5 * robot.chassis.config.bumper_length
     for intake in robot.intakes:

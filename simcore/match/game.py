@@ -1,4 +1,4 @@
-"""Definition of a year's game: a frozen description that `Match` plays, with hooks for its rules."""
+"""Definition of a year's game: a frozen config that `Match` plays, and hooks for the rules of the game."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldDefinition:
-    """Field of a game: a mesh or a list of elements, its materials, and the symmetry between blue and red."""
+    """Field of a game: geometry, materials, symmetry between blue and red, AprilTags, rungs and hanging bodies."""
 
     size: tuple[float, float]
     """Length and width of the field [m]."""
@@ -79,16 +79,18 @@ class FieldDefinition:
     mesh: Path | None = None
     """OBJ file of the field; None if the field consists of `elements`."""
     elements: tuple[FieldElement, ...] = ()
-    """Elements of a field without a mesh."""
+    """Elements of the field if the field has no mesh."""
     materials: Mapping[str, TerrainSurface] = dataclasses.field(default_factory=dict)
-    """Surfaces by name pattern (`*`, `?`) of mesh elements; the last matching pattern wins."""
+    """Surfaces of mesh elements, by pattern (`*`, `?`) for element names; the last matching pattern applies."""
     drivable: tuple[str, ...] = ()
-    """Name patterns of elements that robots drive over."""
+    """Name patterns of the elements that robots can drive over."""
     tags: str | Path = ""
-    """AprilTag layout: an official name (`simcore.vision.tag_layout`) or a file in WPILib's JSON format, read when a
-    robot has cameras; empty if the field has no tags."""
+    """AprilTag layout: an official name (`simcore.vision.tag_layout`) or a file in WPILib's JSON format.
+
+    An empty name means no AprilTags. A match loads the layout only if a robot has a camera.
+    """
     rungs: tuple[Rung, ...] = ()
-    """Rungs that climbers can hang on."""
+    """Rungs on which climbers can hang."""
     hanging: tuple[HangingConfig, ...] = ()
     """Bodies that hang from the field and swing."""
 
@@ -102,11 +104,11 @@ class FieldDefinition:
             raise ConfigError(f"FieldDefinition: rungs mount on {sorted(unknown)}, but no hanging body has that name")
 
     def load(self, mesh: Path | None = None) -> FieldGeometry:
-        """Load the field geometry, with a surface for each element.
+        """Return the field geometry from the mesh, with a surface for each group, or from `elements` without a mesh.
 
         Args:
-            mesh: OBJ file of the field; None for the game's file. A group with a name of the game's field gets that
-                material; all other groups get the material of `*`.
+            mesh: OBJ file that replaces the game's field; None for the game's field. The patterns in `materials` that
+                match no group of this file are ignored.
 
         Raises:
             FieldMeshError: If the file is missing or invalid.
@@ -125,7 +127,7 @@ class FieldDefinition:
         return _read_field(path, written, tuple(materials.items()), self.symmetry)
 
     def drivable_in(self, geometry: FieldGeometry) -> list[str]:
-        """Return the `drivable` patterns that match at least one element of a field."""
+        """Return the patterns in `drivable` that match at least one element name of a field geometry."""
         names = [element.name for element in geometry.elements]
         return [pattern for pattern in self.drivable if any(fnmatchcase(name, pattern) for name in names)]
 
@@ -134,12 +136,12 @@ class FieldDefinition:
 def _read_field(
     path: Path, written: int, materials: tuple[tuple[str, TerrainSurface], ...], symmetry: FieldSymmetry
 ) -> FieldGeometry:
-    """Read the field geometry from a mesh, cached until the file's modification time `written` [ns] changes."""
+    """Return the field geometry from a mesh; cache the result until the modification time `written` [ns] changes."""
     return FieldGeometry.load(path, surfaces=dict(materials), symmetry=symmetry)
 
 
 def for_both_alliances(elements: Iterable[FieldElement], symmetry: FieldSymmetry) -> tuple[FieldElement, ...]:
-    """Return elements of the blue half as `blue_<name>`, and their counterparts on the red half as `red_<name>`.
+    """Return each element of the blue half as `blue_<name>`, and the symmetric element of the red half as `red_<name>`.
 
     Args:
         elements: Elements of the blue half: axis-aligned boxes, upright cylinders, balls and hulls.
@@ -176,19 +178,24 @@ class PieceSupply:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StagedPieces:
-    """Pieces of one kind at the start of a match."""
+    """Pieces of one kind at the start of a match: poses on the field, and number of pieces off the field."""
 
     kind: str
     """Name of the kind of piece."""
     positions: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 3)))
-    """Centers of the pieces on the field if the first robot is blue, field frame [m], shape (n, 3); flipped for red."""
+    """Centers of the pieces on the field, field frame [m], shape (n, 3).
+
+    The positions are for a match with a blue first robot; `Match` flips the positions if the first robot is red.
+    """
     attitudes: FloatArray | None = None
     """Attitudes of the pieces on the field, unit quaternions x, y, z, w, shape (n, 4); None for upright pieces."""
     resting: bool = False
-    """Whether pieces above the carpet start asleep, at rest on the field or on pieces staged earlier; otherwise the
-    pieces fall when the match begins."""
+    """Whether pieces above the carpet start asleep, at rest on the field or on pieces staged earlier.
+
+    If False, the pieces fall when the match begins.
+    """
     lodged: float | None = None
-    """Force that frees wedged pieces [N]; None if the pieces are not wedged."""
+    """Force that frees each wedged piece from the field [N]; None if the pieces are not wedged."""
     off_field: int = 0
     """Number of pieces that start off the field, e.g. with a human player."""
 
@@ -212,14 +219,16 @@ class StagedPieces:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotEntry:
-    """One robot of a match."""
+    """Robot of a match: alliance, start pose, preload and config."""
 
     alliance: Alliance = "blue"
     start: Pose | None = None
-    """Start pose for the blue alliance, field frame [m, m, rad]; a red robot starts at the corresponding red pose. None
-    for the n-th of the game's start poses, for the n-th robot of the alliance."""
+    """Start pose for the blue alliance, field frame [m, m, rad]; a red robot starts at the corresponding red pose.
+
+    None for a start pose of the game: the n-th robot of an alliance gets the n-th start pose.
+    """
     preload: int | None = None
-    """Number of preloaded pieces of the game's first kind; None for as many as the game allows and the robot holds."""
+    """Number of preloaded pieces of the game's first kind; None for the most that game and robot storage allow."""
     config: RobotConfig | None = None
     """Config of the robot; None for the game's default robot."""
 
@@ -229,7 +238,7 @@ class RobotEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GameOption:
-    """Option of a game, switched on by `Match(options=...)` or on the command line."""
+    """Option of a game, which a user switches on with `Match(options=...)` or on the command line."""
 
     name: str
     help: str
@@ -241,15 +250,15 @@ class GameOption:
 
 
 class PlayedMatch(Protocol):
-    """Parts of a match that a game's rules, autos, players and scripts use."""
+    """Match interface that a game's rules, autos, scripted players and scripts use."""
 
     game: Game
     entries: tuple[RobotEntry, ...]
     """Entries of the robots, by robot number."""
     options: frozenset[str]
-    """Names of the game options that are on."""
+    """Names of the game options that are switched on."""
     practice: bool
-    """Whether every piece counts, regardless of the clock."""
+    """Whether a scored piece counts at any time, regardless of the match clock."""
     field: FieldGeometry
     world: PhysicsWorld
     hanging: list[HangingBody]
@@ -258,51 +267,51 @@ class PlayedMatch(Protocol):
     alliances: list[Alliance]
     """Current alliance of each robot."""
     contacts: RobotContacts
-    """Contacts of this tick."""
+    """Contacts of the robots in this tick."""
     pieces: GamePieceManager
     tracker: ScoringTracker
     """Tracker of points and of pieces that have scored."""
     timer: MatchTimer
     time: float
-    """Simulated time since the start [s]."""
+    """Simulated time since the start of the run [s]."""
     rules: Rules
     rules_rng: np.random.Generator
-    """Random generator for the rules."""
+    """Random number generator for the rules of the game."""
     draws: ScatterDraws
-    """Scatter draws of this run."""
+    """Random draws of this run."""
     persons: dict[Alliance, dict[str, float]]
-    """End time of each requested action [s], by action name, for each human player that a user controls."""
+    """End time of each requested action [s], by action name, for each alliance with a user as human player."""
     record: RunRecord
     """Record of the run so far."""
 
     def outline(self, number: int) -> FloatArray:
-        """Return the bumper corners of a robot seen from above [m], shape (4, 2), flipped to the blue side for red."""
+        """Return a robot's bumper corners seen from above, field frame [m], shape (4, 2); flip a red robot to blue."""
 
 
 @runtime_checkable
 class Driving(Protocol):
-    """Driver controls of a game's robot, such as `simcore.match.players.driven_robot.DriverControls`."""
+    """Controls with which a user drives a game's robot, e.g. `simcore.match.players.driven_robot.DriverControls`."""
 
     @property
     def actions(self) -> Collection[str]:
         """Names of the driver's actions, in the order of the buttons."""
 
     def controller(self, match: PlayedMatch, alliance: Alliance, driver: Callable[[], Any]) -> Controller:
-        """Make a controller that reads the driver's inputs once per tick and follows the inputs."""
+        """Return a controller that reads the driver's inputs once per tick and commands the robot accordingly."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Auto:
-    """Autonomous routine with its start pose."""
+    """Autonomous routine: controller, start pose and preload."""
 
     name: str
     summary: str
     controller: Callable[[PlayedMatch, Alliance], Controller]
-    """Function that makes the robot's controller for a match and an alliance."""
+    """Function of a match and an alliance that returns the robot's controller."""
     start: Pose
     """Start pose for the blue alliance, field frame [m, m, rad]."""
     preload: int | None = None
-    """Number of preloaded pieces; None for as many as the game allows and the robot holds."""
+    """Number of preloaded pieces; None for the most that the game and the robot's storage allow."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"Auto {self.name!r}", start=START, preload=COUNT)
@@ -310,105 +319,111 @@ class Auto:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Role:
-    """Role of a scripted player in a whole match."""
+    """Role of a scripted player in a whole match: controller and robot."""
 
     name: str
     summary: str
     controller: Callable[[PlayedMatch, Alliance, int], Controller]
-    """Function that makes the robot's controller for a match, an alliance and a skill level."""
+    """Function of a match, an alliance and a skill level that returns the robot's controller."""
     config: Callable[[], RobotConfig] | None = None
-    """Function that makes the robot's config; None for the game's default robot."""
+    """Function that returns the robot's config; None for the game's default robot."""
 
     def __post_init__(self) -> None:
         require_fields(self)
 
 
 class Rules:
-    """Hooks through which a game applies its rules to one match; the defaults do nothing.
+    """Rules of a game in one match: methods that `Match` calls, and that a game overrides.
 
-    Hooks use the public parts of the match: `match.pieces`, `match.tracker`, `match.timer`, `match.robots`.
+    By default, a piece scores the points of the zone, and all other hooks do nothing. Hooks use the public attributes
+    of the match: `match.pieces`, `match.tracker`, `match.timer`, `match.robots`.
 
     Args:
         match: Match being played, with all pieces staged.
     """
 
     channels: ClassVar[Sequence[Channel]] = ()
-    """Telemetry channels of the game, each with its full key and a function of the rules."""
+    """Telemetry channels of the game; each channel has the full key, and a function of the `Rules` object."""
 
     def __init__(self, match: PlayedMatch) -> None:
         self.match = match
 
     def start(self) -> None:
-        """Act at the start of the match and after a reset of the field, with all pieces staged."""
+        """Initialize the rules at the start of the match and after a reset of the field; all pieces are staged."""
 
     def start_mode(self, mode: str) -> None:
-        """Act after a driver station has enabled `auto` or `teleop`, and after a reset of the field in this mode."""
+        """Handle the start of `auto` or `teleop` by a driver station, and a reset of the field in this mode."""
 
     def before_tick(self) -> None:
-        """Act after the robots' controllers have given their commands, before all motion."""
+        """Apply the rules in each tick after the robots' controllers have run, before all motion."""
 
     def worth(self, zone: ScoringZone) -> int:
-        """Return the points for a piece that scores in a zone now.
+        """Return the points for a piece that would score in a zone at the current time.
 
         Web pages and dashboards may call this method, `game_data`, `breakdown` and the functions of `channels` at any
-        time, so none of these may change any state. Put the effects of a scoring piece in `scored`.
+        time. These functions must not change any state; the hook `scored` implements the effects of a scored piece.
         """
         return zone.points
 
     def scored(self, event: ScoreEvent) -> None:
-        """Act after a piece has scored and left the field."""
+        """Handle a piece that has just scored and been removed from the field."""
 
     def placed(self, event: PlaceEvent) -> None:
-        """Act after a piece has come to rest in one of the game's `places`."""
+        """Handle a piece that has just come to rest in one of the game's `places`."""
 
     def removed(self, event: PlaceEvent) -> None:
-        """Act after a placed piece has fallen from a resting place or a robot has taken the piece."""
+        """Handle a placed piece that has just fallen from a resting place or that a robot has removed."""
 
     def after_tick(self) -> None:
-        """Act at the end of a tick, after motion and scoring and before telemetry."""
+        """Apply the rules in each tick after motion and scoring, before telemetry."""
 
     def end(self) -> None:
-        """Act once, when the last phase has ended."""
+        """Apply the rules at the end of the last phase; called once, before `after_tick`."""
 
     def human_actions(self) -> Sequence[HumanAction]:
-        """Return the actions of human players, with fixed names; empty if this run has no human players."""
+        """Return the actions of the human players; empty if this run has no human players.
+
+        The names of the actions must not change during a run.
+        """
         return ()
 
     def game_data(self) -> str:
-        """Return the current game-specific message for robots; empty if there is none."""
+        """Return the game-specific message that the robots currently receive; empty for no message."""
         return ""
 
     def breakdown(self) -> Mapping[str, int]:
-        """Return further parts of the score by name, in addition to the piece count of each zone."""
+        """Return further counts and points of the score by name, in addition to the number of pieces in each zone."""
         return {}
 
 
 Staging: TypeAlias = Callable[[np.random.Generator, Sequence[RobotEntry]], Sequence[StagedPieces]]
-"""Function that returns the staged pieces, without preloads and for a blue first robot; called with a random generator
-and the robot entries."""
+"""Function of a random generator and the robot entries that returns the staged pieces without preloads.
+
+The positions are for a match with a blue first robot.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Game:
-    """Definition of a year's game. Make variants with `dataclasses.replace`."""
+    """Definition of a year's game. To make a variant of a game, use `dataclasses.replace`."""
 
     name: str
-    """Name for `--game` and telemetry; letters, digits and `_` only."""
+    """Name of the game for `--game` and telemetry, with only letters, digits and `_`."""
     year: int
     title: str = ""
-    """Title on pages and reports; empty for the name in capitals."""
+    """Title of the game on pages and in reports; empty to use the name in capitals."""
     field: FieldDefinition
     pieces: tuple[PieceSupply, ...]
     clock: MatchClock
     assessment: float = 0.0
-    """Time from the end of the match clock to the final assessment of the score [s]."""
+    """Time between the end of the match clock and the final assessment of the score [s]."""
     staging: Staging
     zones: tuple[ScoringZone, ...] = ()
     places: tuple[RestingPlace, ...] = ()
     """Resting places, where pieces stay and count as placed."""
     rules: Callable[[PlayedMatch], Rules] = Rules
     robot: Callable[[], RobotConfig]
-    """Function that makes the default robot's config."""
+    """Function that returns the config of the game's default robot."""
     starts: tuple[Pose, ...]
     """Start poses of blue robots, field frame [m, m, rad]; red robots start at the corresponding red poses."""
     preload: int = 0
@@ -416,18 +431,18 @@ class Game:
     robots: int = 6
     """Maximum number of robots in a match."""
     autos: Mapping[str, Auto] = dataclasses.field(default_factory=dict)
-    """Autos by name; the first is the default."""
+    """Autos by name; the first auto is the default."""
     roles: Mapping[str, Role] = dataclasses.field(default_factory=dict)
     """Roles of scripted players, by name."""
     driving: Driving | None = None
-    """Controls for a user who drives the game's robot; None for driving and the intake only."""
+    """Controls for a user who drives the game's robot; None if a user can only drive and use the intake."""
     practice_matches: Mapping[str, tuple[str, str]] = dataclasses.field(default_factory=dict)
-    """Practice matches for a team's robot code, by name: roles of its partners and roles of its opponents."""
+    """Practice matches for a team's robot code, by name: roles of the robot's partners, and roles of the opponents."""
     options: tuple[GameOption, ...] = ()
     arrange: Callable[[FieldDefinition, frozenset[str]], FieldDefinition] | None = None
-    """Function that adapts the field to the options that are on; None if options leave the field unchanged."""
+    """Function of the field and the enabled options that returns the changed field; None to keep the field."""
     models: Path | None = None
-    """Folder of models for AdvantageScope and the browser view."""
+    """Folder with 3D models for AdvantageScope and the browser view; None if the game has no models."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -449,11 +464,11 @@ class Game:
 
     @property
     def heading(self) -> str:
-        """Title on pages and reports."""
+        """Title of the game on pages and in reports: `title`, or the name in capitals without a title."""
         return self.title or self.name.upper()
 
     def auto(self, name: str | None = None) -> Auto:
-        """Return an auto by name, or the first auto for None.
+        """Return the auto named `name`, or the game's first auto if `name` is None.
 
         Raises:
             UnknownNameError: If no auto has this name; the message suggests similar names.
@@ -479,16 +494,18 @@ class Game:
         zones: Sequence[ScoringZone] = (),
         places: Sequence[RestingPlace] = (),
     ) -> Game:
-        """Make a game on a bare carpet surrounded by a wall, for experiments and tests.
+        """Return a game on a bare carpet surrounded by a wall, for experiments and tests.
+
+        The clock has an auto phase of 15 s and a teleop phase of 1e6 s.
 
         Args:
             size: Length and width of the field [m].
             elements: Elements on the field, in addition to the wall.
             drivable: Name patterns of the elements that robots drive over.
             pieces: Kinds of pieces; no piece is on the field until a call of `match.pieces.spawn`.
-            robot: Function that makes the default robot's config; None for a 55 kg robot with four swerve modules and
+            robot: Function that returns the default robot's config; None for a 55 kg robot with four swerve modules and
                 no mechanisms.
-            zones: Zones where pieces score.
+            zones: Zones in which pieces score.
             places: Resting places, where pieces stay and count as placed.
         """
         module = SwerveModuleConfig(

@@ -1,7 +1,8 @@
-"""Human players: their stocks of pieces, and their actions by a game's policy or at a user's request.
+"""Human players: stocks of pieces, and actions that the game's policy or a user starts.
 
-A game lists the actions. The game's policy decides when to `take` an action; if a person controls the human player,
-`FieldControl` takes the requested actions instead. Limits, times and errors are the same in both cases.
+A game defines the actions. The game's policy performs an action with `take`. If a person controls the human player,
+`FieldControl` performs the actions that the person has requested instead. Limits, times and errors are the same in both
+cases.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ _STAGED = int(PieceStatus.STAGED)
 
 
 class FedMatch(Protocol):
-    """Parts of a match that human players use."""
+    """Match interface that `Feeder` uses."""
 
     pieces: GamePieceManager
     record: RunRecord
@@ -40,12 +41,12 @@ class FedMatch(Protocol):
 
 
 class Feeder:
-    """Stock of pieces of one human player, oldest first, with the time when each hand last released a piece.
+    """Stock of pieces of one human player, and times at which the human player last put pieces on the field.
 
     Args:
         match: Match that receives the pieces.
-        slots: Slots of the human player's pieces at the start, all off the field.
-        clumsiness: Factor on times and errors [-].
+        slots: Slots of the pieces in the stock at the start, next piece first; all pieces are off the field.
+        clumsiness: Factor on the periods between pieces and on the errors of throws [-].
         rng: Random generator for errors; None for the generator of the match's rules.
     """
 
@@ -65,38 +66,43 @@ class Feeder:
 
     @property
     def stock(self) -> int:
-        """Number of pieces left, without pieces that another command has put on the field."""
+        """Number of pieces in the stock; pieces that other commands have put on the field leave the stock."""
         status = self._match.pieces.state.status[self._slots].tolist() if self._slots else []
         self._slots[:] = [slot for slot, now in zip(self._slots, status, strict=True) if now == _STAGED]
         return len(self._slots)
 
     def keep(self, slot: int) -> None:
-        """Add a scored piece to the stock."""
+        """Set a scored piece aside, off the field, and add the piece to the end of the stock."""
         self._match.pieces.set_aside(np.array([slot]))
         self._slots.append(slot)
 
     def take_off(self, slots: Iterable[int]) -> None:
-        """Take pieces off the field and add them to the stock."""
+        """Remove pieces from the field and add the pieces to the end of the stock."""
         for slot in slots:
             self._match.pieces.score(np.array([slot]))
             self.keep(slot)
 
     def is_due(self, period: float, hand: str = "") -> bool:
-        """Return whether a period [s], times the clumsiness, has passed since a hand last released a piece."""
+        """Return whether a period has passed since a hand last put a piece on the field.
+
+        Args:
+            period: Period between pieces, before multiplication with the clumsiness [s].
+            hand: Name of the hand or action for which times are kept separately; empty for any piece of `put`.
+        """
         since = self._match.time - self._last.get(hand, -math.inf)
         return since >= self.clumsiness * period - 0.5 * TICK
 
     def errors(self, count: int) -> FloatArray:
-        """Draw normal errors with the clumsiness as standard deviation [-], shape (count,)."""
+        """Draw normally distributed errors with the clumsiness as standard deviation [-], shape (count,)."""
         drawn: FloatArray = self.clumsiness * self._rng.standard_normal(count)
         return drawn
 
     def note(self, hand: str) -> None:
-        """Record that a hand puts a piece on the field now."""
+        """Record the current time as the time of a hand's last piece, for `is_due`."""
         self._last[hand] = self._match.time
 
     def put(self, place: FloatArray, attitude: FloatArray | None = None, velocity: FloatArray | None = None) -> int:
-        """Put the next piece on the field and return the piece's slot.
+        """Remove the next piece from the stock, put the piece on the field and return the slot of the piece.
 
         Args:
             place: Center of the piece, field frame [m], shape (3,).
@@ -113,14 +119,15 @@ class Feeder:
     def throw(
         self, start: Vector, target: Vector, *, elevation: float, error: float, flip: FieldSymmetry | None
     ) -> int:
-        """Throw the next piece with random errors and return the piece's slot.
+        """Throw the next piece of the stock with random errors, record the throw and return the slot of the piece.
 
         Args:
             start: Position where the piece leaves the hand, field frame [m].
-            target: Point that the falling piece should pass through, field frame [m].
+            target: Point through which the falling piece passes without errors, field frame [m].
             elevation: Launch angle above the horizontal [rad].
-            error: Standard deviation of the direction [rad], and of the speed relative to the nominal speed [-].
-            flip: Symmetry that maps both points to the other alliance's side; None to leave the points unchanged.
+            error: Standard deviation of the direction [rad] and of the relative speed error [-], before multiplication
+                with the clumsiness.
+            flip: Symmetry that flips the throw to the other alliance's side of the field; None for no flip.
         """
         air = self._match.pieces.air_of(self._slots[0])
         shot = solve_shot(start, target, elevation=elevation, drag=air.drag)
@@ -138,20 +145,20 @@ class Feeder:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HumanAction:
-    """Action that either alliance's human player performs with the next piece."""
+    """Action with which a human player puts the next piece on the field, for both alliances."""
 
     name: str
-    """Name of the action in its NetworkTables topic, e.g. `OpenDoor`."""
+    """Name of the action in NetworkTables, e.g. `OpenDoor`."""
     summary: str
     """Text on the action's button."""
     feeders: Mapping[Alliance, Feeder]
-    """Stock of pieces of each alliance's human player."""
+    """Stock of each alliance's human player, by alliance."""
     act: Callable[[Alliance], object]
-    """Function of the alliance that puts the next piece on the field."""
+    """Function that puts the next piece on the field, called with the alliance."""
     period: float
-    """Time from one piece to the next [s]."""
+    """Time between two pieces, before multiplication with the clumsiness [s]."""
     lasts: float = 0.0
-    """Time for which one request of a person repeats the action, piece after piece [s]; 0 for a single piece."""
+    """Time for which the action is repeated after one request of a person [s]; 0 for a single piece."""
     modes: tuple[Mode, ...] = ("auto", "teleop")
     """Modes in which the game allows the action."""
 
@@ -159,7 +166,7 @@ class HumanAction:
         require_fields(self, f"HumanAction {self.name!r}", period=DURATION, lasts=DELAY)
 
     def refusal(self, timer: MatchTimer, alliance: Alliance) -> str:
-        """Return the reason why the action is impossible now, ignoring the period between pieces; empty if possible."""
+        """Return the reason why the action is impossible now, or an empty string; ignore the period between pieces."""
         if not self.feeders[alliance].stock:
             return "no piece is left for it"
         if not timer.is_enabled:
@@ -169,11 +176,11 @@ class HumanAction:
         return ""
 
     def is_ready(self, timer: MatchTimer, alliance: Alliance) -> bool:
-        """Return whether the action is possible and the period since the last such action has passed."""
+        """Return whether the action is possible and the period since the alliance's last such action has passed."""
         return self.feeders[alliance].is_due(self.period, self.name) and not self.refusal(timer, alliance)
 
     def take(self, timer: MatchTimer, alliance: Alliance) -> bool:
-        """Perform the action if `is_ready`; return whether the action was performed."""
+        """Perform the action and record the time if the action is ready; return whether the action was performed."""
         if not self.is_ready(timer, alliance):
             return False
         self.act(alliance)

@@ -1,7 +1,8 @@
-"""Match of any game with any robots, and the tick that advances it.
+"""Match of any game with any robots, and the phases of a tick.
 
-A tick runs the phases of `before`, then the loop of `Motion`, then the phases of `after`. With scripted robots, the
-loop runs once a tick; robot code whose motor controllers need more frequent updates runs the loop several times.
+A tick runs the phases in `before`, then advances the motion of all bodies, then runs the phases in `after`. With
+scripted robots, `Match` advances the motion of a tick in one part. For robot code with motor controllers that need more
+frequent updates, the caller divides the motion into several parts.
 """
 
 from __future__ import annotations
@@ -69,19 +70,21 @@ class Match:
         game: Game to play.
         robots: Robots of the match; by default one blue robot with the game's default config.
         seed: Seed of all random draws, a whole number >= 0.
-        scatter: Random differences between runs in robots, pieces and shots; None for no differences.
-        controllers: Controllers of the robots, in order of robot number; None for a robot that stands still.
+        scatter: Sizes of the random differences in robots, pieces and shots; None for no differences.
+        controllers: Controllers of the robots, in order of robot number; None for a robot without commands.
         options: Names of the game options to switch on.
-        practice: Whether every piece counts, regardless of the match clock.
+        practice: Whether a scored piece counts at any time, regardless of the match clock.
         sinks: Receivers of telemetry.
         engine: Physics engine, which the match closes, or name of an engine; None for the default of `engine_choice`.
-        network: Network on which cameras publish, e.g. `CameraTables`; None if frames are read from `cameras` only.
+        network: Network on which cameras publish, e.g. `CameraTables`; None if frames are read only from `cameras`.
         field_mesh: OBJ file of the field; None for the game's field.
         tags: AprilTag layout, by official name or as a file in WPILib's JSON format; None for the game's layout.
         never_sleep: Whether pieces always stay awake, for measurements.
 
     Raises:
-        ConfigError: If robots, seed or options are invalid.
+        ConfigError: If the robots, the seed or another setting is invalid.
+        UnknownNameError: If the game does not have one of the options.
+        StartError: If a start pose is outside the field or occupied.
         FieldMeshError: If the field mesh is missing or invalid.
 
     Example:
@@ -113,18 +116,18 @@ class Match:
         self.game = game
         self.entries = tuple(robots) or (RobotEntry(),)
         self.options = frozenset(options or ())
-        """Names of the game's options that are on."""
+        """Names of the game's options that are switched on."""
         self.practice = practice
-        """Whether every piece counts, regardless of the clock."""
+        """Whether a scored piece counts at any time, regardless of the match clock."""
         if not isinstance(scatter, Scatter | None):
             raise ConfigError(f"scatter must be a Scatter or None, got {shown(scatter)}")
         self.scatter = scatter or Scatter.none()
-        """Random differences between runs."""
+        """Sizes of the random differences in robots, pieces and shots between runs."""
         require_playable(game, self.entries, options=self.options, controllers=len(controllers), seed=seed)
         if network is not None and not callable(getattr(network, "port", None)):
             raise ConfigError(f"network must be CameraTables(instance) or None, got {shown(network)}")
         self.network = network
-        """Network on which cameras publish and listen; None if frames are read from `cameras` only."""
+        """Network on which cameras publish frames and read settings; None if frames are read only from `cameras`."""
         self._tags = tags or game.field.tags
         self._never_sleep = never_sleep
         self._controllers: list[Controller | None] = [None] * len(self.entries)
@@ -132,7 +135,7 @@ class Match:
             self.set_controller(number, controller)
         self.sinks = list(sinks)
         self.last_tick_ms: float | None = None
-        """Wall time of the last tick, for telemetry [ms]; None if not measured."""
+        """Wall time of the last tick [ms], which the caller sets for telemetry; None if not measured."""
         definition = game.field if game.arrange is None else game.arrange(game.field, self.options)
         self._rungs, self._hanging = definition.rungs, definition.hanging
         self.field = definition.load(field_mesh)  # before the engine starts, so that an invalid mesh fails early
@@ -146,8 +149,11 @@ class Match:
             self._wake,
             self._take_in,
         )
-        """Phases before motion: field commands, separation of overlapping robots, robot code, waking of pieces, and
-        intakes."""
+        """Phases of a tick before the motion, in order.
+
+        The phases run field commands, separate overlapping robots, run controllers and rules, wake pieces, and move
+        pieces into robots.
+        """
         self.after: tuple[Callable[[], None], ...] = (
             self._gather,
             self._see,
@@ -156,8 +162,11 @@ class Match:
             self._let_go,
             self._publish,
         )
-        """Phases after motion: piece positions, cameras, sleep of slow pieces, score and rules, shots and placing, and
-        telemetry."""
+        """Phases of a tick after the motion, in order.
+
+        The phases read the state of pieces, expose camera frames, put slow pieces to sleep, update the score and apply
+        the rules, release pieces from robots, and write telemetry.
+        """
         try:
             self._begin(seed)
         except BaseException:
@@ -178,7 +187,7 @@ class Match:
         places: Sequence[RestingPlace] = (),
         **settings: Any,
     ) -> Match:
-        """Make a match on a bare carpet surrounded by a wall, for experiments and tests.
+        """Return a match with one robot on a bare carpet surrounded by a wall, for experiments and tests.
 
         Args:
             robot: Config of the robot; None for a 55 kg robot with four swerve modules and no mechanisms.
@@ -187,7 +196,7 @@ class Match:
             elements: Elements on the field, in addition to the wall.
             drivable: Name patterns of the elements that robots drive over.
             pieces: Kinds of pieces; no piece is on the field until a call of `match.pieces.spawn`.
-            zones: Zones where pieces score.
+            zones: Zones in which pieces score.
             places: Resting places, where pieces stay and count as placed.
             settings: Further arguments of `Match`.
 
@@ -217,9 +226,9 @@ class Match:
         self.seed = seed
         """Seed of all random draws."""
         self.draws = ScatterDraws(self.scatter, seed)
-        """Scatter draws of this run."""
+        """Random draws of this run, with the spreads in `scatter`."""
         self.rules_rng, robot_rng, staging_rng, camera_rng = np.random.default_rng(seed).spawn(4)
-        """Random generator for the rules."""
+        """Random number generator for the rules of the game."""
         self.time = 0.0
         """Simulated time since the start of the run [s]."""
         self.ticks = 0
@@ -227,11 +236,11 @@ class Match:
         self.field_resets = 0
         """Number of calls of `reset_field` since the start of the run."""
         self.persons: dict[Alliance, dict[str, float]] = {}
-        """End time of each requested action [s], by action name, for each human player that a user controls."""
+        """End time of each requested action [s], by action name, for each alliance with a user as human player."""
         self.timer = MatchTimer(game.clock)
-        """Timer of the match, for scoring and rules."""
+        """Timer with the match time, for scoring, rules and telemetry."""
         self.digest = TrajectoryDigest()
-        """Digest of the state trajectory so far."""
+        """Hash of the states in all ticks so far, for comparison of runs."""
         self._started: Mode | None = None
         """Mode that a driver station enabled last; None if no mode has been enabled yet."""
         self._has_concluded = False
@@ -268,7 +277,7 @@ class Match:
             robot.on_put = partial(self._note_put, robot.number)
         self._make_room()
         self.contacts = RobotContacts(self.world, self.robots, self.pieces, self.hanging, self.field.elements)
-        """Contacts of this tick."""
+        """Contacts of the robots in this tick."""
         self.motion = Motion(
             self.world,
             robots=self.robots,
@@ -276,13 +285,13 @@ class Match:
             hanging=self.hanging,
             watchers=(self.contacts,),
         )
-        """Loop of devices, mechanisms, drivetrains, flights, engine and sensors."""
+        """Time stepping of devices, robots, pieces and other bodies."""
         self.flow = PieceFlow(self.world, self.pieces, self.robots, self.record)
         """Transfer of pieces into and out of robots."""
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=lambda zone: self.rules.worth(zone), kinds=kinds)
         self.beliefs = BeliefCheck(self.robots)
-        """Check of the robots' pose estimates as an auto begins."""
+        """Check of the robots' pose estimates at the beginning of an auto."""
         self.cameras = CameraRig(
             *(self.world, self.pieces, self.robots, self.draws),
             field_size=game.field.size,
@@ -294,7 +303,7 @@ class Match:
         self._publisher: Publisher | None = None
 
     def _update_digest(self) -> None:
-        """Add the states of robots, hanging bodies and pieces to the digest, and every 0.1 s the parts of the score."""
+        """Add the states of robots, awake hanging bodies and pieces to the digest, and every 0.1 s the score."""
         for robot in self.robots:
             self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
         for body in self.hanging:
@@ -325,7 +334,7 @@ class Match:
         self._preload(robot)
 
     def _stage(self, rng: np.random.Generator) -> None:
-        """Put the game's pieces on the field or aside, with positions flipped if the first robot is red.
+        """Stage the game's pieces on and off the field; flip positions and attitudes if the first robot is red.
 
         A match with a red first robot is therefore the counterpart of the blue match under the field's symmetry.
         """
@@ -357,17 +366,17 @@ class Match:
         self.pieces.make_room([Footprint(*robot.chassis.footprint) for robot in self.robots])
 
     def _require_place(self, number: int, pose: Pose) -> None:
-        """Raise an error for a robot pose that is not three finite numbers or is not free."""
+        """Raise an error unless a robot's pose is three finite numbers, inside the field and free."""
         require_row(f"robot {number}", "pose", pose, POSE)
         require_free_place(self.world, self.robots[number], pose, self.game.field.size, others=self.robots)
 
     def _note_put(self, number: int, reason: str) -> None:
-        """Record a robot's placement, and move overlapping pieces out of the way."""
+        """Record a placement of a robot, and move pieces that overlap robots out of the way."""
         self.record.robots[number].put(self.time, reason)
         self._make_room()
 
     def _missed(self, number: int, pose: Pose) -> Pose | None:
-        """Return the pose with the drive team's placement error, or None if the error is zero."""
+        """Return the pose of a robot with a random placement error of the drive team; None if the error is zero."""
         ahead, left, turn = start_error(self.draws, number)
         if self.alliances[number] == "red" and not self.game.field.symmetry.keeps_hands:
             left, turn = -left, -turn
@@ -375,10 +384,10 @@ class Match:
         return missed_place(self.world, self.robots[number], pose, error) if any(error) else None
 
     def _begin_rules(self) -> None:
-        """Make and start new rules, and clear the cached breakdown of the score."""
+        """Construct and start new `Rules`, and clear the cached breakdown of the score."""
         self._has_ended = self.timer.is_over
         self._counted: tuple[int, Score] | None = None
-        """Number of the 0.1 s period and points at the last update of `score_counts`; None before the first update."""
+        """Index of the 0.1 s period, and score, at the last update of `score_counts`; None before the first update."""
         self._counts: Mapping[str, int] = {}
         self.rules: Rules = self.game.rules(self)
         self.rules.start()
@@ -390,15 +399,19 @@ class Match:
         self.close()
 
     def close(self) -> None:
-        """End the run, and close cameras, sinks and engine even if closing one of them fails; safe to call twice."""
+        """End the run, and close all cameras and sinks and the engine, even if a close call fails.
+
+        A second call of the method is harmless.
+        """
         with ExitStack() as stack:
             stack.callback(self.world.close)
             self._end_run(stack)
 
     def _end_run(self, stack: ExitStack) -> None:
-        """Log brown-out totals and write a snapshot if there are new shortfalls, once per run.
+        """Log brownout totals, and write a last snapshot if there are new shortfalls, but only once per run.
 
-        The stack closes cameras and sinks.
+        Args:
+            stack: Stack that receives the calls that close cameras and sinks, and the calls that write the snapshot.
         """
         for end in (self.cameras.close, *(sink.close for sink in self.sinks)):
             stack.callback(end)
@@ -429,7 +442,7 @@ class Match:
         self.end_tick()
 
     def begin_tick(self) -> None:
-        """Run the phases before motion; call `run_part` next until 20 ms have passed, then `end_tick`."""
+        """Run the phases before the motion; then call `run_part` for 20 ms in total, and `end_tick`."""
         for phase in self.before:
             phase()
 
@@ -444,12 +457,12 @@ class Match:
         self.motion.advance(h)
 
     def end_tick(self) -> None:
-        """Run the phases after motion."""
+        """Run the phases after the motion, from the state of the pieces to telemetry."""
         for phase in self.after:
             phase()
 
     def play(self, seconds: float, *, controllers: Sequence[Controller | None] | None = None) -> None:
-        """Set new controllers, if given, and advance by a simulated time.
+        """Set new controllers, if there are any, and advance the match by a duration.
 
         Args:
             seconds: Simulated time to advance by, rounded to whole ticks [s].
@@ -464,7 +477,7 @@ class Match:
     # --- before ---------------------------------------------------------------------------------------------------
 
     def _make_way(self) -> None:
-        """Move robots that have changed alliance off occupied start poses."""
+        """Move a robot that has changed alliance to a free pose if the start pose is occupied, and log a warning."""
         while self._unchecked:
             robot = self.robots[self._unchecked.pop()]
             pose = robot.chassis.pose
@@ -482,11 +495,14 @@ class Match:
         self.rules.before_tick()
 
     def _wake(self) -> None:
-        """Clear the contacts of the last tick, and wake sleeping pieces that a moving body can reach in this tick."""
+        """Begin the tick of the motion, which wakes sleeping pieces that a moving body can reach in this tick."""
         self.motion.begin_tick()
 
     def _take_in(self) -> None:
-        """Move pieces within reach into robots; this phase precedes motion so that intakes do not catch a new shot."""
+        """Move pieces within reach of intakes and placers into robots, and hand pieces over to placers.
+
+        This phase precedes the motion. Otherwise, an intake could collect a piece that the robot has just shot.
+        """
         self.flow.take_in()
 
     # --- after ----------------------------------------------------------------------------------------------------
@@ -502,15 +518,15 @@ class Match:
             body.after_tick(TICK)
 
     def _see(self) -> None:
-        """Record robot poses for cameras, expose the frames that are due, and publish the frames that are ready."""
+        """Record robot poses for cameras, expose the frames that are due, and publish completed frames."""
         self.cameras.expose(self.time)
 
     def _settle(self) -> None:
-        """Put pieces that have been slow for a while to sleep."""
+        """Put all pieces that have been slow for some time to sleep."""
         self.pieces.settle(TICK)
 
     def _score(self) -> None:
-        """Score pieces that have entered a scoring zone, update the resting places, and apply the game's rules."""
+        """Score and remove pieces that have entered a scoring zone, update the resting places, and apply the rules."""
         state, slots = self.pieces.state, self.pieces.awake
         events = self.tracker.update(self.time, slots, state.before.take(slots, axis=0), state.pos.take(slots, axis=0))
         if events:
@@ -535,7 +551,7 @@ class Match:
         self.flow.let_go(self.time)
 
     def _publish(self) -> None:
-        """Log brown-outs, check estimated poses as an auto begins, update the digest, and write to the sinks due."""
+        """Log brownouts, check pose estimates when an auto begins, update the digest, and write to due sinks."""
         for robot in self.robots:
             robot.brownouts.after_tick(self.time)
         self.beliefs.after_tick(self.time, self.timer)
@@ -549,7 +565,11 @@ class Match:
     # --- commands of robot code and drive team --------------------------------------------------------------------
 
     def set_controller(self, number: int, controller: Controller | None) -> None:
-        """Set the controller of a robot from the next tick on; with None, the robot gets no further commands."""
+        """Set the controller of a robot from the next tick on; None removes the controller.
+
+        Raises:
+            ConfigError: If the robot does not exist or the controller is not callable.
+        """
         self.require_robot(number)
         if not (controller is None or callable(controller)):
             raise ConfigError(f"robot {number}: a controller is called with robot and time, got {shown(controller)}")
@@ -558,8 +578,8 @@ class Match:
     def set_alliance(self, number: int, alliance: Alliance) -> None:
         """Change a robot's alliance, and place the robot at rest at the start pose for the new alliance.
 
-        The pose has the scatter's placement error, and the gyro keeps its reading. If another robot still occupies the
-        start pose when the next tick begins, the robot is placed next to the other robot.
+        The scatter adds a placement error to the pose. The gyro keeps the reading. If another robot still occupies the
+        start pose when the next tick begins, the match places the robot next to the other robot.
 
         Raises:
             ConfigError: If the robot or the alliance does not exist.
@@ -572,19 +592,17 @@ class Match:
         self._unchecked.add(number)
 
     def carry_to(self, number: int, pose: Pose, *, by_people: bool = False) -> None:
-        """Place a robot at rest, as if the drive team carried the robot to a pose.
-
-        The gyro keeps its reading, and pieces are moved out of the way.
+        """Place a robot at rest at a pose, and move pieces out of the way; the gyro keeps its reading.
 
         Args:
             number: Number of the robot.
             pose: New pose, field frame [m, m, rad].
-            by_people: Whether the drive team places the robot for an auto: the pose then has the scatter's placement
-                error, and the headset repeats its last pose reset; otherwise the pose is exact.
+            by_people: Whether the drive team places the robot for an auto. If True, the scatter adds a placement error
+                to the pose, and headsets repeat the last pose reset. If False, the pose is exact.
 
         Raises:
             ConfigError: If the robot does not exist or the pose is not three finite numbers.
-            StartError: If the pose is outside the field or inside a solid.
+            StartError: If the pose is outside the field or occupied.
         """
         self.require_robot(number)
         self._require_place(number, pose)
@@ -597,9 +615,9 @@ class Match:
         self.cameras.follow_carry(number, self.time, old_pos, to_start=by_people)
 
     def start_mode(self, mode: Mode) -> None:
-        """Set the match clock to the start of `auto` or `teleop`, which a driver station has just enabled.
+        """Set the match clock to the start of a mode, `auto` or `teleop`, that a driver station has just enabled.
 
-        At the start of `auto`, also clear the score and the record of pieces; pieces stay in place.
+        At the start of `auto`, also clear the score and the record of pieces. The pieces stay in place.
         """
         self.timer.start(mode)
         if mode == "auto":
@@ -611,9 +629,9 @@ class Match:
         self.rules.start_mode(mode)
 
     def reset_field(self) -> None:
-        """Reset pieces, preloads, score and rules to the start of the match.
+        """Reset pieces, preloads, score, rules and piece records to the state at the start of the match.
 
-        Robots stay in place, pieces are moved out of the way of the robots, and the clock goes on.
+        The robots stay in place, and staged pieces are moved out of the way of robots. The match clock keeps running.
         """
         self.field_resets += 1
         self.pieces.clear()
@@ -632,9 +650,9 @@ class Match:
             self.rules.start_mode(self._started)
 
     def reset(self, seed: int | None = None, *, sinks: Sequence[TelemetrySink] = ()) -> None:
-        """End this run, and start a new run in the same engine, with new robots, pieces and rules.
+        """End the current run, and start a new run in the same engine, with new robots, pieces and rules.
 
-        The sinks of the old run are closed, which completes the old log.
+        The match closes the sinks of the old run, which completes the log of the old run.
 
         Args:
             seed: Seed of the new run; None for the seed of the old run.
@@ -664,32 +682,36 @@ class Match:
 
     @property
     def score_counts(self) -> Mapping[str, int]:
-        """Breakdown of the score for telemetry, updated every 0.1 s and when points change."""
+        """Result of `breakdown` for telemetry, updated every 0.1 s and when the score changes."""
         now = self.ticks // _COUNT_PERIOD, self.score
         if now != self._counted:
             self._counted, self._counts = now, self.breakdown()
         return self._counts
 
     def breakdown(self) -> dict[str, int]:
-        """Return the number of scored pieces by zone, the points of human players' throws and the rules' breakdown."""
+        """Return the breakdown of the score by name.
+
+        The breakdown contains the number of scored pieces in each zone, the points of human players' throws, and the
+        counts and points from `Rules.breakdown`.
+        """
         people = self.record.human_points.items() if self.rules.human_actions() else ()
         thrown = {f"{alliance.capitalize()}/humanPlayerPoints": points for alliance, points in people}
         return {**self.tracker.pieces, **thrown, **self.rules.breakdown()}
 
     @property
     def count(self) -> PieceCount:
-        """Number of pieces on the field, in flight, in robots, scored, placed and off the field."""
+        """Number of pieces by status: on the field, in flight, in robots, scored, placed and off the field."""
         return PieceCount.of(self.pieces)
 
     def piece_positions(self) -> dict[str, FloatArray]:
-        """Return the positions of pieces on the field and in the air, by kind, field frame [m], shape (n, 3)."""
+        """Return the positions of the pieces on the field and in the air, field frame [m], shape (n, 3), by kind."""
         return {kind.name: self.pieces.state.pos[self.pieces.on_field(kind.name)] for kind in self.pieces.types}
 
     def start_pose(self, number: int) -> Pose:
-        """Return the start pose of a robot for its current alliance, field frame [m, m, rad].
+        """Return the start pose of a robot for the robot's current alliance, field frame [m, m, rad].
 
         Raises:
-            ConfigError: If the robot's entry has no start and all of the game's starts are taken.
+            ConfigError: If the robot does not exist, or if the entry has no start and the game has too few starts.
         """
         self.require_robot(number)
         game, entry = self.game, self.entries[number]
@@ -705,12 +727,12 @@ class Match:
         return game.field.symmetry.flip_pose(*pose) if self.alliances[number] == "red" else pose
 
     def require_robot(self, number: int) -> None:
-        """Raise a `ConfigError` for a robot number that does not exist."""
+        """Raise a `ConfigError` if there is no robot with this number."""
         if type(number) is not int or number not in range(len(self.entries)):
             raise ConfigError(f"there are robots 0 to {len(self.entries) - 1}, got {shown(number)}")
 
     def outline(self, number: int) -> FloatArray:
-        """Return the bumper corners of a robot seen from above, flipped to the blue side for a red robot.
+        """Return the bumper corners of a robot seen from above; flip the corners of a red robot to the blue side.
 
         Returns:
             Corners, field frame [m], shape (4, 2).
@@ -721,7 +743,7 @@ class Match:
         return corners(*pose, body.bumper_length, body.bumper_width)
 
     def snapshot(self) -> Snapshot:
-        """Return the telemetry of the last tick."""
+        """Return the telemetry of the last tick, from the current state of the match."""
         if self._publisher is None:
             self._publisher = Publisher(self)
         return self._publisher.snapshot()

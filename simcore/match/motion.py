@@ -1,4 +1,4 @@
-"""Motion of all bodies during one tick, and the robots' contacts, for matches and bare worlds.
+"""Motion of all bodies during one tick, and contacts of the robots, for matches and for worlds without a match.
 
 `Motion.advance` is the loop. Each 5 ms step updates the devices, then moves robots, swinging bodies and balls. The
 engine moves all other bodies, in one step or in several if the pieces require shorter steps. Sensors are read last.
@@ -23,7 +23,7 @@ _AHEAD = 0.2  # [m]; margin within which contacts are read from the engine
 
 
 class RobotContacts:
-    """Contacts of the robots during one tick.
+    """Contacts of robots with robots, hanging bodies, pieces and field elements during one tick.
 
     Args:
         world: Physics world of the robots and pieces.
@@ -47,14 +47,14 @@ class RobotContacts:
         self._number_of = {robot.chassis.row: robot.number for robot in robots}
         self._near_robots: list[tuple[Robot, Robot]] = []
         self.near_hanging: list[HangingBody] = []
-        """Hanging bodies that a robot could touch in this tick."""
+        """Hanging bodies that are close enough to a robot for contact in this tick."""
         self.robots: set[tuple[int, int]] = set()
-        """Pairs of robots that touched in this tick, each pair in both orders."""
+        """Pairs of numbers of robots that have touched in this tick, each pair in both orders."""
         self.hanging: set[tuple[int, str]] = set()
-        """Pairs of a robot number and the name of a hanging body that the robot touched in this tick."""
+        """Robot number and name of the hanging body for each contact with a hanging body in this tick."""
 
     def begin_tick(self) -> None:
-        """Clear the contacts of the last tick, and list the bodies that could touch in this tick."""
+        """Clear the contacts of the last tick, and list the robots and hanging bodies that could touch in this tick."""
         self.robots.clear()
         self.hanging.clear()
         spots = [(robot, robot.chassis.pos, robot.chassis.reach(TICK) + _AHEAD) for robot in self._robots]
@@ -70,7 +70,7 @@ class RobotContacts:
         ]
 
     def note(self) -> None:
-        """Add the contacts of the last substep."""
+        """Add the contacts of robots with robots and hanging bodies in the last substep to the contacts of the tick."""
         touched = {robot: self._world.touching(robot.chassis.row) for robot, _ in self._near_robots}
         for a, b in self._near_robots:
             if b.chassis.row in touched[a]:
@@ -79,37 +79,46 @@ class RobotContacts:
             self.hanging |= {(number, body.config.name) for number in self.touching(body.row)}
 
     def touching_piece(self, slot: int) -> list[int]:
-        """Return the numbers of the robots that a piece touched.
+        """Return the numbers of the robots that a piece has touched.
 
-        For a ball, contacts in this tick count; for any other piece, contacts in the last engine step.
+        The result covers the whole tick for a ball, and only the last engine step for any other piece.
         """
         return [self._number_of[row] for row in self._pieces.robots_touching(slot)]
 
     def touching(self, row: int) -> list[int]:
-        """Return the numbers of the robots that a body of the world touched in the last substep."""
+        """Return the numbers of the robots that a body has touched in the last substep.
+
+        Args:
+            row: Row of the body in the physics world.
+        """
         return [robot.number for robot in self._robots if row in self._world.touching(robot.chassis.row)]
 
     def elements(self, number: int) -> set[str]:
-        """Return the names of elements that a robot touched in the last substep, and of rungs that hold the robot."""
+        """Return the names of the field elements that a robot touched in the last substep.
+
+        The result includes the rungs on which the robot's climbers hang.
+        """
         robot = self._robots[number]
         touched = {self._world.body_name(row) for row in self._world.touching(robot.chassis.row)} & self._elements
         return touched | {climber.rung.name for climber in robot.climbers if climber.rung is not None}
 
 
 STEP = 0.005
-"""Time step of devices and robot bodies [s]. With this step, a robot that coasts up a bump at 1.5 m/s rolls back at
-1.37 m/s; with 20 ms steps, at only 1.13 m/s."""
+"""Time step of devices and robot bodies [s].
+
+A robot that coasts up a bump at 1.5 m/s rolls back at 1.37 m/s with this step, but at only 1.13 m/s with 20 ms steps.
+"""
 
 
 class Motion:
-    """Motion of all bodies in a world.
+    """Time stepping of the robots, pieces and hanging bodies in a physics world.
 
     Args:
         world: Physics world of the bodies.
         robots: All robots.
         pieces: All pieces; None for a world without pieces.
         hanging: Hanging bodies of the field.
-        watchers: Contact records to update after each step.
+        watchers: Contact records, cleared at the start of each tick and updated after each substep.
     """
 
     def __init__(
@@ -125,10 +134,10 @@ class Motion:
         self._hanging, self._watchers = hanging, watchers
         self._longest = math.inf  # longest step that the pieces allow in this tick [s]
         self.substeps = 0
-        """Number of engine steps in this tick so far."""
+        """Number of substeps in this tick so far."""
 
     def begin_tick(self, dt: float = TICK, *, others: Sequence[Footprint] = ()) -> None:
-        """Begin a tick: wake sleeping pieces within reach, and find the longest engine step that the pieces allow.
+        """Begin a tick: clear contacts, wake pieces that a moving body can reach, and find the longest allowed substep.
 
         Args:
             dt: Length of the tick [s].
@@ -161,7 +170,7 @@ class Motion:
         self.substeps += count * parts
 
     def _step_engine(self, h: float, parts: int) -> None:
-        """Advance the engine's bodies by h [s] in `parts` equal steps."""
+        """Advance the engine's bodies by h [s] in `parts` equal substeps, with drag on pieces, and record contacts."""
         for number in range(parts):
             if number == 0:
                 self._world.begin_engine(h)
@@ -173,7 +182,7 @@ class Motion:
         self._world.end_engine(h)
 
     def tick(self, dt: float = TICK, *, others: Sequence[Footprint] = ()) -> None:
-        """Run one whole tick in a world without a match.
+        """Advance a world without a match by one whole tick.
 
         Args:
             dt: Length of the tick [s].
@@ -184,7 +193,7 @@ class Motion:
         self.end_tick(dt)
 
     def end_tick(self, dt: float = TICK) -> None:
-        """End a tick of dt [s]: read the pieces' state, and put pieces that have been slow for a while to sleep."""
+        """End a tick of dt [s]: read the state of the pieces, and put slow pieces to sleep."""
         if self._pieces is not None:
             self._pieces.gather(dt)
             self._pieces.settle(dt)

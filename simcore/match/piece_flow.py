@@ -31,7 +31,7 @@ _NONE: IntArray = np.zeros(0, dtype=np.int64)
 
 
 class PieceFlow:
-    """Transfer of pieces between the field and robots, with a record of each transfer.
+    """Transfer of pieces between the field and robots, which records each intake, shot and placement.
 
     Args:
         world: Physics world of the pieces.
@@ -50,14 +50,17 @@ class PieceFlow:
         self.clear()
 
     def clear(self) -> None:
-        """Clear the records of blocked muzzles and jammed storages; call at the start of a match."""
+        """Clear the sets of blocked muzzles and jammed storages, so that the next block or jam is logged again.
+
+        Call the method at the start of a match and after a reset of the field.
+        """
         self._is_blocked: set[tuple[int, int]] = set()  # numbers of robot and shooter
         self._is_jammed: set[tuple[int, str]] = set()  # number of the robot, and storage
 
     # --- in -------------------------------------------------------------------------------------------------------
 
     def take_in(self) -> None:
-        """Take in pieces within reach, hand pieces from storages to placers, and begin the tick of all robots."""
+        """Move pieces within reach into robots, hand pieces from storages to placers, and begin the robots' tick."""
         for robot, slots in zip(self._robots, self._in_reach(self._pieces.fastest * TICK), strict=True):
             slots = slots[self._pieces.is_on_field[slots]]  # an earlier robot may have taken some of them
             if len(slots):
@@ -74,7 +77,10 @@ class PieceFlow:
             robot.begin_tick()
 
     def _room_behind(self, robot: Robot, intake: Intake) -> int:
-        """Return the number of pieces that an intake can take; 0 if its roller already holds a placer's piece."""
+        """Return the number of pieces that an intake can move into the storage.
+
+        The number is 0 if a placer with a piece uses the same roller.
+        """
         rollers = [placer.config.roller for placer in robot.placers if placer.piece is not None]
         if intake.config.roller in rollers:
             return 0
@@ -85,10 +91,10 @@ class PieceFlow:
         return storage.room_for(max(radii, default=0.0))
 
     def _in_reach(self, moved: float) -> list[IntArray]:
-        """Return the slots of pieces near active intakes and placers, one array per robot.
+        """Return the slots of the pieces that active intakes and placers could reach, one array per robot.
 
         Args:
-            moved: Largest distance that a piece covered since the last tick [m].
+            moved: Largest distance that any piece has moved in a tick [m].
         """
         owners, places, reaches = [], [], []
         for robot in self._robots:
@@ -109,7 +115,7 @@ class PieceFlow:
         return found
 
     def _takers(self, robot: Robot) -> list[Intake | Placer]:
-        """Return the intakes and placers that can take pieces now."""
+        """Return the active intakes with room for a piece, and the placers that take pieces now."""
         intakes = [one for one in robot.intakes if one.is_active and self._room_behind(robot, one) > 0]
         return [*intakes, *(placer for placer in robot.placers if placer.takes)]
 
@@ -152,7 +158,10 @@ class PieceFlow:
     # --- out ------------------------------------------------------------------------------------------------------
 
     def let_go(self, time: float) -> None:
-        """Advance hoppers, and release pieces from shooters with an open gate and from placers that run outward.
+        """Advance hoppers, shoot pieces from shooters with an open gate, and release pieces from placers.
+
+        A piece stays in the robot if an obstacle blocks the muzzle or if the placer's piece overlaps another body. The
+        method logs each new jam and each newly blocked muzzle.
 
         Args:
             time: Simulated time, for log messages [s].
@@ -185,7 +194,7 @@ class PieceFlow:
         self._note_blocked((robot.number, number), obstacles, time)
 
     def _ready(self, robot: Robot, shooter: ShooterConfig) -> int:
-        """Return the number of pieces of the shooter's kinds at the front of its storage."""
+        """Return how many of the next pieces in the storage are of the shooter's kinds, without interruption."""
         storage = robot.storage_of(shooter)
         if not shooter.kinds:
             return len(storage.pieces if storage.hopper is None else storage.in_turn)
@@ -201,10 +210,10 @@ class PieceFlow:
         return kind
 
     def _muzzle_obstacle(self, robot: Robot, shooter: Shooter, launch: Launch) -> str:
-        """Return the name of an obstacle to the next piece at a muzzle; empty if the muzzle is free.
+        """Return the name of an obstacle for the next piece between robot and muzzle; empty if there is no obstacle.
 
-        Another piece is an obstacle if the overlap is more than foam can compress; the other piece then jams the
-        shooter until the muzzle is free.
+        Another piece is an obstacle if the pieces would overlap by more than foam can compress. The other piece then
+        blocks the shooter until the muzzle is free.
         """
         slot = robot.storage_of(shooter.config).in_turn[0]
         kind, motion = self._kind_of(slot), robot.motion_at(launch.delay / TICK)
@@ -222,11 +231,11 @@ class PieceFlow:
         return f"another {self._kind_of(there[0]).name}" if there else ""
 
     def _note_blocked(self, shooter: tuple[int, int], obstacles: Sequence[str], time: float) -> None:
-        """Log once when an obstacle first blocks a shooter.
+        """Log a warning when an obstacle begins to block a shooter; log again only after a shot has left.
 
         Args:
             shooter: Numbers of the robot and the shooter.
-            obstacles: Obstacle to each shot of this tick, an empty string for a shot that left.
+            obstacles: Obstacle of each shot in this tick, an empty string for a shot that has left.
             time: Simulated time [s].
         """
         if not obstacles:
@@ -239,7 +248,7 @@ class PieceFlow:
             self._is_blocked.discard(shooter)
 
     def _shoot(self, robot: Robot, shooter: Shooter, launch: Launch) -> None:
-        """Release a piece at its launch time within the tick, and fly it to the end of the tick."""
+        """Release a piece at the launch time, advance the flight to the end of the tick, and record the shot."""
         storage = robot.storage_of(shooter.config)
         slot = storage.take()
         self._is_jammed.discard((robot.number, storage.config.name))
@@ -258,7 +267,7 @@ class PieceFlow:
         self._record.note_shot(slot, robot.number, self._pieces.state.pos[slot].tolist())
 
     def _put_down(self, robot: Robot, placer: Placer, part: PartState) -> None:
-        """Release a placer's piece with the pose and velocity of a part in the field frame."""
+        """Release a placer's piece with the pose and velocity of a part in the field frame, and count the release."""
         self._record.put_down += 1
         slot = placer.let_go()
         self._pieces.launch(robot.number, part.pos, part.vel, part.rate, slot=slot, quat=part.quat, flying=False)

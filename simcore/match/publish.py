@@ -1,4 +1,4 @@
-"""Telemetry of a tick: the values of all channels (`simcore.match.channels`) of a match."""
+"""Telemetry of a match: reads the values of all channels and returns the values of one tick as a `Snapshot`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _DECIMALS = 6  # of poses; unrounded, a robot at rest moves by about 1e-9 m, and
 
 
 class PublishedMatch(PlayedMatch, Protocol):
-    """Parts of a match that telemetry uses."""
+    """Match interface that `Publisher` uses."""
 
     cameras: CameraRig
     ticks: int
@@ -49,23 +49,23 @@ class PublishedMatch(PlayedMatch, Protocol):
 
     @property
     def score_counts(self) -> Mapping[str, int]:
-        """Breakdown of the score: number of scored pieces by zone, and further parts by name."""
+        """Breakdown of the score by name: number of scored pieces in each zone, and other counts and points."""
 
 
 class _Source(NamedTuple):
-    """Telemetry keys of one type, with the function that returns their values."""
+    """Telemetry keys of one type, and the function that returns the values of all these keys."""
 
     field: str
     """Name of the snapshot field that holds the values."""
     keys: list[str]
-    """Telemetry keys; an open key contains `<...>`, which the name of each value replaces."""
+    """Telemetry keys. An open key contains `<...>`; the publisher replaces `<...>` with the name of each value."""
     decimals: int | None
     values: Callable[[], Iterable[Any]]
-    """Function that returns the value of each key, or values by name for an open key; None to publish nothing now."""
+    """Function that returns an item per key: a value, a dict of values by name (open key), or None for no value."""
 
 
 class Publisher:
-    """Publisher that assigns columns to all channels of a match and makes a snapshot of each tick.
+    """Publisher of a match's telemetry, which assigns a column to each numeric key and makes snapshots.
 
     Args:
         match: Match with all its robots.
@@ -81,7 +81,7 @@ class Publisher:
         self._named: list[_Source] = []
         """Sources of numbers with an open key."""
         self._known: dict[tuple[str, str], tuple[tuple[str, ...], IntArray]] = {}
-        """Latest names and their columns, by field and open key."""
+        """Names of the latest values, and the columns of these names, by snapshot field and open key."""
         for kind in self._pieces.kinds:
             for channel in PIECES:
                 self._add(channel, [channel.key.replace("<Type>", kind.name)], partial(_values_of, [channel], kind))
@@ -100,7 +100,7 @@ class Publisher:
         for channel in match.rules.channels:
             self._add(channel, [channel.key], partial(_of_rules, channel, match))
         self._programs = [0 for _ in match.robots]
-        """Number of channels added so far for each robot's program."""
+        """Number of channels of each robot's program that the publisher has added so far."""
         self._add_programs()
 
     def _add_programs(self) -> None:
@@ -114,7 +114,7 @@ class Publisher:
         self._rounding = {name: self._decimals(name) for name in FIELDS}
 
     def _place(self, channel: Channel, key: str) -> None:
-        """Assign a column to a key, if its values are stored in columns."""
+        """Assign a column to a key, unless the key is open or the channel's values are not stored in columns."""
         if "<" not in key and channel.field in FIELDS:
             self._tables[channel.field].place(key)
 
@@ -129,7 +129,10 @@ class Publisher:
         (self._others if not has_columns else self._named if is_open else self._fixed[source.field]).append(source)
 
     def _decimals(self, name: str) -> tuple[IntArray, FloatArray]:
-        """Return the columns of a field's fixed values, and the rounding scale of each: a power of ten, 0 for none."""
+        """Return the columns of all keys of a snapshot field that are not open, and the rounding scale of each column.
+
+        A rounding scale is a power of ten, or 0 for no rounding.
+        """
         sources = self._fixed[name]
         columns = [self._tables[name].place(key) for one in sources for key in one.keys]
         scales = [0.0 if one.decimals is None else 10.0**one.decimals for one in sources for _ in one.keys]
@@ -161,7 +164,7 @@ class Publisher:
         return Snapshot(time=match.time, tick=match.ticks - 1, **found | blocks)
 
     def _columns_of(self, name: str, key: str, values: Mapping[str, Any]) -> IntArray:
-        """Return the columns of an open key's values, cached while the names of the values stay the same."""
+        """Return the columns of an open key's values; cache the columns until the names of the values change."""
         known, now = self._known.get((name, key)), tuple(values)
         if known is None or known[0] != now:
             places = [self._tables[name].place(one) for one in _filled(key, values)]
@@ -169,7 +172,12 @@ class Publisher:
         return known[1]
 
     def _row(self, name: str, late: list[tuple[IntArray, Any]]) -> Columns:
-        """Return the values of a field in their columns; `late` lists columns of open keys with their values."""
+        """Return all values of a snapshot field, each in the column of the value's key.
+
+        Args:
+            name: Name of the snapshot field.
+            late: Columns and values of each open key.
+        """
         table, (columns, scales) = self._tables[name], self._rounding[name]
         block = table.empty()
         if len(columns):
@@ -185,13 +193,13 @@ class Publisher:
 
 
 def _filled(key: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values by key, with each name in place of the `<...>` of an open key."""
+    """Return values by telemetry key: in the open key, the name of each value replaces `<...>`."""
     head, tail = key.split("<")[0], key.split(">")[1]
     return {f"{head}{name}{tail}": value for name, value in values.items()}
 
 
 def _values_of(channels: Sequence[Channel], thing: Any) -> list[Any]:
-    """Return an object's values of channels that have one type, with `GAP` for a missing number."""
+    """Return the value of each channel for an object, with `GAP` for a missing number; all channels have one type."""
     found = [channel.of(thing) for channel in channels]
     return [GAP if value is None else value for value in found] if channels[0].kind == "double" else found
 
@@ -201,7 +209,10 @@ def _of_rules(channel: Channel, match: PublishedMatch) -> list[Any]:
 
 
 def _lines(robot: Robot) -> Iterator[tuple[Channel, str, Any]]:
-    """Yield each channel of a robot, its mechanisms and parts, with the key and the object that has the value."""
+    """Yield the channel, the telemetry key and the object to read, for each channel of a robot.
+
+    The object is the robot, a mechanism, an intake, a shooter or a climber.
+    """
     prefix = robot_prefix(robot.number)
     for channel in ROBOT:
         yield channel, f"{prefix}/{channel.key}", robot
@@ -217,7 +228,7 @@ def _lines(robot: Robot) -> Iterator[tuple[Channel, str, Any]]:
 
 
 class _Mechanisms:
-    """Mechanisms of one kind, with their records in the loop by field name."""
+    """Mechanisms that have a channel; `self[field]` reads a field of the mechanisms' records in the compiled loop."""
 
     def __init__(self, robots: _Robots, mechanisms: list[ShaftSim]) -> None:
         self._robots, self.mechanisms = robots, mechanisms
@@ -231,14 +242,14 @@ class _Mechanisms:
 
 
 class _Robots:
-    """All robots of a match, as arrays with one row per robot."""
+    """State of all robots of a match, read into arrays with one row per robot."""
 
     def __init__(self, match: PublishedMatch) -> None:
         self.match, self.robots, self.records = match, match.robots, match.record.robots
         loop = match.world.robots.robots["model"]
         self.view = FleetView(self.robots)
         self.shaft_of: dict[int, int] = {}
-        """Row of each mechanism among the loop's shafts, by the mechanism's `id`."""
+        """Index of each mechanism in the compiled loop's array of shafts, by the mechanism's `id`."""
         drives: dict[int, list[tuple[int, int]]] = {}  # by number of shafts
         for robot, first in zip(self.robots, loop["first_shaft"].tolist(), strict=True):
             count = len(robot.drive.shafts)
@@ -246,20 +257,24 @@ class _Robots:
             self.shaft_of |= {id(one): first + count + k for k, one in enumerate(robot.mechanisms.values())}
         self.components = Components(self.robots, self.shaft_of)
         self._drives: list[tuple[IntArray, IntArray]] = []
-        """Robot numbers, shape (n,), and rows of drive shafts, shape (n, shafts), for each number of shafts."""
+        """Groups of n robots with the same number of drive shafts.
+
+        Each group has the robot numbers, shape (n,), and the indices of the drive shafts in the compiled loop's array,
+        shape (n, shafts).
+        """
         for count, some in drives.items():
             numbers, firsts = np.array(some).T
             self._drives.append((numbers, firsts[:, None] + np.arange(count)))
         self._reach = np.array([robot.chassis.wheel_reach for robot in self.robots])
 
     def values_of(self, channel: Channel, things: list[Any]) -> Callable[[], Iterable[Any]]:
-        """Return a function that reads a channel's values from robots, mechanisms or their parts."""
+        """Return a function that reads a channel's value from each robot, mechanism or part in `things`."""
         if channel in MECHANISM:
             return partial(channel.of, _Mechanisms(self, things))
         return partial(channel.of, self) if channel in ROBOT else lambda: list(map(channel.of, things))
 
     def read(self) -> None:
-        """Read the current state of the robots."""
+        """Read the current state of all robots from the world; call this method before the channels' functions."""
         world = self.match.world
         self.shafts, self.batteries = world.robots.fleet.shafts, world.robots.fleet.batteries
         self.view.look(world.robots.fleet, world.bodies.records)
@@ -273,7 +288,7 @@ class _Robots:
 
     @property
     def drive_currents(self) -> FloatArray:
-        """Battery current of each robot's drivetrain motors [A], shape (n,)."""
+        """Total battery current of each robot's drive and steer motors [A], shape (n,)."""
         found = np.empty(len(self.robots))
         for numbers, rows in self._drives:
             found[numbers] = self.shafts["supply"][rows].sum(axis=1)
@@ -281,12 +296,12 @@ class _Robots:
 
     @property
     def sensors(self) -> list[dict[str, bool]]:
-        """Sensor states as each robot's program reads them, by telemetry name."""
+        """Sensor states that robot code reads, by telemetry name, for each robot."""
         return [{telemetry_name(k): value for k, value in robot.sensor_states.items()} for robot in self.robots]
 
 
 class _Kind:
-    """Pieces of one kind for telemetry."""
+    """Slots and poses of all pieces of one kind, on the field, in flight and in robots."""
 
     def __init__(self, number: int, name: str) -> None:
         self.number, self.name = number, name
@@ -298,20 +313,20 @@ class _Kind:
 
 
 class _Inside:
-    """Slots and poses (robot frame) of the pieces in a robot."""
+    """Slots and robot-frame poses of the pieces in one robot, as of the last change."""
 
     slots: Sequence[int] = ()
     rows = np.empty((0, 7))
 
 
 class _Pieces:
-    """All pieces of a match, by kind."""
+    """Slots and poses of all pieces of a match, grouped by kind for telemetry."""
 
     def __init__(self, match: PublishedMatch) -> None:
         self._match = match
         self._inside = [_Inside() for _ in match.robots]
         self._held: tuple[IntArray, IntArray, FloatArray] | None = None
-        """Slots, robot numbers and robot-frame poses of all held pieces; None after a change."""
+        """Slots, robot numbers and robot-frame poses of all held pieces; None after a change of the held pieces."""
         self.kinds = [_Kind(number, supply.kind.name) for number, supply in enumerate(match.game.pieces)]
 
     def read(self, places: FloatArray, slots: Sequence[list[int]]) -> None:
@@ -362,7 +377,7 @@ def _put_rounded(values: FloatArray, scales: FloatArray, columns: IntArray, bloc
 
 
 def _rounded(values: Any, decimals: int | None) -> Any:
-    """Return values as a read-only array rounded to decimals, with 0.0 for -0.0, or unchanged if `decimals` is None."""
+    """Return values as a read-only array rounded to `decimals` places, with 0.0 for -0.0; unchanged for None."""
     return values if decimals is None else _frozen(np.round(values, decimals) + 0.0)
 
 

@@ -1,6 +1,6 @@
-"""Installed games: entry points of the group `simcore.games`, each a `Game`.
+"""Installed games: each entry point of the group `simcore.games` is a `Game`.
 
-Finding a game by name loads only that game; listing all games skips games that fail to load.
+`find_game` with a name imports only the named game. `installed_games` omits games that fail to load.
 """
 
 from __future__ import annotations
@@ -23,30 +23,30 @@ __all__ = [
 ]  # fmt: skip
 
 GROUP = "simcore.games"
-"""Group of the entry points; an entry point's name is the game's name."""
+"""Name of the entry point group; the name of an entry point is the name of a game."""
 
 NO_GAME = "none"
-"""Name of the empty field."""
+"""Name that selects an empty field instead of a game."""
 
 _OWN = "simcore"  # distribution whose games win if another package uses the same name
 _BESIDE = Path(__file__).resolve().parents[2]
-"""Folder that contains simcore."""
+"""Folder that contains the packages `simcore` and `games`."""
 
 _log = logging.getLogger(__name__)
 
 
 def installed_games(*, say: Callable[[str], object] = str) -> dict[str, Game]:
-    """Load all installed games; return the games that load, by name, newest year first.
+    """Load all installed games, and return the games that load without errors, by name, newest year first.
 
     Args:
-        say: Function called for each game that fails to load, with a one-line message that gives the file and line.
+        say: Function called with a one-line message, with file and line, for each game that fails to load.
     """
     games = {name: game for name in game_names() if (game := known_game(name, say=say)) is not None}
     return dict(sorted(games.items(), key=lambda item: (-item[1].year, item[0])))
 
 
 def game_names() -> list[str]:
-    """Return the names of all installed games without loading them."""
+    """Return the names of all installed games in alphabetical order, without loading the games."""
     return sorted(_points())
 
 
@@ -55,8 +55,8 @@ def known_game(name: str | None, *, say: Callable[[str], object] = str) -> Game 
 
     Args:
         name: Name of the game, e.g. from a log.
-        say: Function called with a one-line message if the game fails to load, which gives the file and line, or if
-            another package has a game of the same name.
+        say: Function called with a one-line message if the game fails to load (with file and line), or if another
+            package also has a game of this name.
     """
     points = _points().get(name or "", [])
     try:
@@ -70,7 +70,7 @@ def known_game(name: str | None, *, say: Callable[[str], object] = str) -> Game 
 
 
 def practice_field(size: tuple[float, float] = (16.0, 8.0)) -> Game:
-    """Make an empty game: a carpet surrounded by a wall, without pieces or tags.
+    """Return the game `none`: a carpet surrounded by a wall, without pieces, zones, autos or AprilTags.
 
     Args:
         size: Length and width of the field [m].
@@ -79,15 +79,15 @@ def practice_field(size: tuple[float, float] = (16.0, 8.0)) -> Game:
 
 
 def find_game(name: str | None = None, *, say: Callable[[str], object] | None = None) -> Game:
-    """Load a game by name, or the newest game for None.
+    """Return a game by name, or the newest installed game if the name is None.
 
     Args:
         name: Name of the game, or `none` for the empty field.
-        say: Function that reports which game was chosen by default, and which games fail to load; None for the log.
+        say: Function called with a one-line message about the default choice and each game that fails; None to log.
 
     Raises:
         UnknownNameError: If no game of this name is installed; the message suggests similar names.
-        ConfigError: If no game is installed, the named game fails to load, or the name is that of an auto or a year.
+        ConfigError: If no game is installed, the game fails to load, or the name is the name of an auto or a year.
     """
     if name == NO_GAME:
         return practice_field()
@@ -121,7 +121,10 @@ def game_point(name: str) -> EntryPoint:
 
 
 def _points() -> dict[str, list[EntryPoint]]:
-    """Return the entry points by name of the game, simcore's own package first."""
+    """Return the entry points of each installed game, by name of the game.
+
+    An entry point of simcore's own distribution is the first in the list.
+    """
     found: dict[str, dict[str, EntryPoint]] = {}
     for point in entry_points(group=GROUP):
         found.setdefault(point.name, {}).setdefault(point.value, point)
@@ -134,11 +137,11 @@ def _package(point: EntryPoint) -> str:
 
 
 def _load(name: str, points: list[EntryPoint]) -> Game:
-    """Load a game from the first of its entry points.
+    """Load a game from the first entry point in a list.
 
     Raises:
-        ConfigError: If several packages provide the game, its module fails to import (the message names file and
-            line), or the entry point is not a `Game` of this name.
+        ConfigError: If several packages other than simcore provide the game, if the import fails (the message states
+            the file and line), or if the entry point is not a `Game` of this name.
     """
     point = points[0]
     if len(points) > 1 and _package(point) != _OWN:
@@ -160,7 +163,7 @@ def _load(name: str, points: list[EntryPoint]) -> Game:
 
 
 def _place_of(point: EntryPoint) -> Path:
-    """Return the folder of an entry point's package, or the file of its module; `os.devnull` if unknown."""
+    """Return the folder of an entry point's top-level package, or the file of a module; `os.devnull` if unknown."""
     try:
         spec = find_spec(point.module.partition(".")[0])
     except (ImportError, ValueError):
@@ -171,10 +174,10 @@ def _place_of(point: EntryPoint) -> Path:
 
 
 def _imported(point: EntryPoint) -> object:
-    """Import an entry point, even if a robot project has its own `games.py` or package `games`.
+    """Import and return the object of an entry point, even if a robot project has a module or package named `games`.
 
-    A project's `games` package stays the result of `import games`; the `games` folder next to simcore is added to the
-    package's path.
+    The function appends the `games` folder next to simcore to the `__path__` of the project's `games`. In the project,
+    `import games` still returns the project's own module.
     """
     first, dot, _ = point.module.partition(".")
     folder = str(_BESIDE / first)

@@ -1,7 +1,7 @@
-"""Record of a run: shots, pieces taken in, placements, distances, a digest of the trajectory, and tick times.
+"""Record of a run: shots, pieces taken in, placements, driven distances, a digest of all states, and tick times.
 
-A match writes the record. Reports, sweep rows and telemetry (with logs, pages and layouts) all read this record, so
-that their counts agree.
+A match writes the record. Reports, sweep rows and telemetry (for logs, pages and layouts) read the same record, so that
+all counts agree.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ __all__ = [
 
 
 class TrajectoryDigest:
-    """SHA-256 digest of a run's states; equal digests mean that two runs were equal to the last bit.
+    """SHA-256 digest of the states of a run; two runs with equal digests have the same states to the last bit.
 
     >>> one, two = TrajectoryDigest(), TrajectoryDigest()
     >>> one.update(np.array([0.0, 1.0]))
@@ -50,11 +50,11 @@ class TrajectoryDigest:
         self._hash = hashlib.sha256()
 
     def update(self, *arrays: npt.NDArray[Any]) -> None:
-        """Add the state of one tick; pass the same arrays in the same order every time.
+        """Add arrays to the digest, e.g. the state of a tick; the order of the arrays changes the digest.
 
-        Arrays may have any number type, and their shapes are part of the digest. Values are hashed as little-endian
-        float64, so that the digest is the same on all computers. -0.0 is hashed as 0.0, because the two are equal and
-        the sign of a zero sum is accidental.
+        Arrays may have any number type. The digest includes the shape of each array. The method hashes values as
+        little-endian float64, so that the digest is the same on all computers, and hashes -0.0 as 0.0, because the sign
+        of a zero sum is accidental.
         """
         for array in arrays:
             # Adding +0.0 turns -0.0 into 0.0, changes nothing else and makes the copy that is hashed.
@@ -63,13 +63,13 @@ class TrajectoryDigest:
             self._hash.update(values.astype("<f8", copy=False).tobytes())
 
     def hexdigest(self) -> str:
-        """Return the digest so far as 64 hexadecimal digits; further updates are possible."""
+        """Return the current digest as 64 hexadecimal digits; further updates are possible."""
         return self._hash.hexdigest()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TickTimes:
-    """Statistics of wall times per tick [ms]; all 0 if there were no ticks."""
+    """Median, percentiles and maximum of the wall time per tick [ms]; all values are 0 without ticks."""
 
     median: float
     p95: float
@@ -92,22 +92,22 @@ _SHOWN = 1.0  # [s] for which an event counts as new; sinks with longer periods 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceCount:
-    """Number of pieces by status; the other fields add up to `staged`."""
+    """Number of pieces by status; the sum of all other fields is `staged`."""
 
     staged: int
-    """Number of all pieces that have come into the match, including preloads."""
+    """Number of all pieces staged so far, on or off the field, including preloads."""
     on_field: int
     in_flight: int
     held: int
     scored: int
     placed: int = 0
-    """Number of pieces at rest in one of the game's places, not included in `on_field`."""
+    """Number of pieces at rest in the game's resting places, not included in `on_field`."""
     off_field: int
-    """Number of pieces not on the field yet, e.g. with a human player."""
+    """Number of staged pieces off the field that have not scored, e.g. with a human player."""
 
     @classmethod
     def of(cls, pieces: GamePieceManager) -> PieceCount:
-        """Count the pieces of a match."""
+        """Count the pieces of a match by status."""
         count = pieces.count
         return cls(
             staged=pieces.total,
@@ -128,35 +128,38 @@ class PieceCount:
 
 @dataclass(slots=True)
 class ShotRecord:
-    """Record of one shot, from the muzzle until the piece scores, is taken in again or lies on the carpet."""
+    """Record of one shot, from the release until the piece scores, is taken in or comes to rest on the carpet."""
 
     time: float
-    """End of the tick in which the piece left the muzzle [s]."""
+    """Simulated time at the end of the tick in which the piece left the muzzle [s]."""
     number: int
     """Number of the shot, from 1; 0 for a throw by a human player."""
     slot: int
     robot: int
     points: list[tuple[float, float, float]]
-    """Path of the piece, field frame [m]: one point per tick for at least 2 s and until the first contact, then the
-    point where it scored."""
+    """Path of the piece, field frame [m].
+
+    The path has a point per tick for at least 2 s and until the first contact, and then the point where the piece
+    scored, if it scored.
+    """
     scored: bool = False
 
 
 class Hit(NamedTuple):
-    """One shot that scored."""
+    """Score of a shot: time, and number of the shot."""
 
     time: float
-    """Time of the score [s]."""
+    """Simulated time at which the shot scored [s]."""
     shot: int
     """Number of the shot."""
 
 
 @dataclass(frozen=True, slots=True)
 class TakenIn:
-    """One piece that an intake or a placer took in."""
+    """Piece that an intake or a placer of a robot has taken in, with time and position."""
 
     time: float
-    """Time at which the piece was taken in [s]."""
+    """Simulated time at which the robot took in the piece [s]."""
     slot: int
     robot: int
     place: tuple[float, float, float]
@@ -165,21 +168,21 @@ class TakenIn:
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """Placement of a robot at the start of the run, by the drive team or by a reset."""
+    """Placement of a robot: at the start of the run, by the drive team, or by a reset of the robot."""
 
     time: float
-    """Time of the placement [s]."""
+    """Simulated time of the placement [s]."""
     pose: Pose
     """Pose of the robot after the placement, field frame [m, m, rad]."""
     reason: str
-    """`start`, `carried` (by the drive team; the gyro keeps its reading) or `reset` (the whole robot starts again)."""
+    """`start`, `carried` by the drive team with an unchanged gyro reading, or `reset` of the whole robot."""
 
 
 _Event = TypeVar("_Event", bound="ShotRecord | Hit | TakenIn")
 
 
 class RobotRecord:
-    """Record of one robot since the run began."""
+    """Record of one robot since the start of the run: placements, driven distance and shortfalls."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
@@ -187,23 +190,23 @@ class RobotRecord:
         self.player = ""
         """Role and level of the robot's scripted player, e.g. `collector:3`; empty without a role."""
         self.distance = 0.0
-        """Distance driven, excluding moves by the drive team [m]."""
+        """Distance driven since the start of the run, without moves by the drive team [m]."""
         self.placements = [Placement(0.0, robot.chassis.pose, "start")]
-        """Placements in order, the start first."""
+        """Placements of the robot in order of time, with the start pose as the first."""
         self.forget_pieces()
 
     def forget_pieces(self) -> None:
-        """Restart the monitor of the robot's intakes and shooters."""
+        """Replace the monitor of the robot's intakes and shooters with a new monitor, which discards all shortfalls."""
         self.shortfalls = Shortfalls(self._robot)
-        """Reasons why the robot took in or shot nothing."""
+        """Monitor that finds the reasons why the robot took in or shot no pieces."""
 
     @property
     def battery(self) -> Battery:
-        """Battery of the robot, with its lowest voltage and the roboRIO's brown-outs and resets since the run began."""
+        """Battery of the robot, with the lowest voltage and the numbers of brownouts and resets in this run."""
         return self._robot.battery
 
     def put(self, time: float, reason: str) -> None:
-        """Record a placement of the robot at its current pose."""
+        """Record a placement of the robot at the current pose, with time [s] and reason as in `Placement`."""
         pose = self._robot.chassis.pose
         self._place = pose[:2]
         self.placements.append(Placement(time, pose, reason))
@@ -218,14 +221,17 @@ class RobotRecord:
 
 @dataclass(frozen=True, slots=True)
 class RecordColumns:
-    """Newest events for telemetry: flat, read-only arrays with the rows of the last second before the newest event."""
+    """Newest events for telemetry, in flat, read-only arrays.
+
+    Each array has a row for the newest event and for each event in the last second before the newest event.
+    """
 
     shots: IntArray
-    """Rows of shot number, slot, robot number and number of ticks until the piece had left, shape (4 n,)."""
+    """Number, slot, robot number, and number of the tick after which the piece has left, per shot, shape (4 n,)."""
     hits: IntArray
-    """Rows of hit number and shot number, shape (2 n,)."""
+    """Hit number and shot number for each shot that has scored, shape (2 n,)."""
     taken_in: IntArray
-    """Rows of the number of the event and x and y of the piece's position [mm], shape (3 n,)."""
+    """Number of the event, and x and y of the piece, field frame [mm], for each piece taken in, shape (3 n,)."""
 
 
 class RunRecord:
@@ -241,7 +247,7 @@ class RunRecord:
         self._pieces = pieces
         self._tick = tick
         self.time = 0.0
-        """End of the last tick [s]."""
+        """Simulated time at the end of the last tick [s]."""
         self.robots = [RobotRecord(robot) for robot in robots]
         """Records of the robots, by number."""
         self.failure = ""
@@ -251,7 +257,7 @@ class RunRecord:
         self.forget_pieces()
 
     def forget_pieces(self) -> None:
-        """Restart the counts of pieces, at the start of an auto or after a reset of the field."""
+        """Clear the records of shots, pieces taken in and placed, and human players' points."""
         self.shots: list[ShotRecord] = []
         """Shots of all robots, oldest first."""
         self.taken_in: list[TakenIn] = []
@@ -259,7 +265,7 @@ class RunRecord:
         self.put_down = 0
         """Number of pieces that placers have released."""
         self.human_points: dict[Alliance, int] = {"blue": 0, "red": 0}
-        """Points from human players' throws, by the alliance that received them."""
+        """Points for human players' throws, by alliance that receives the points."""
         for robot in self.robots:
             robot.forget_pieces()
         self._followed: dict[int, ShotRecord] = {}
@@ -269,9 +275,10 @@ class RunRecord:
     # --- events -----------------------------------------------------------------------------------------------------
 
     def after_tick(self, time: float) -> None:
-        """Record a tick that ends at simulated time `time` [s].
+        """Add driven distances, check intakes and shooters, and extend the paths of shots at the end of a tick.
 
-        This adds the distance that each robot has driven, checks intakes and shooters, and extends the paths of shots.
+        Args:
+            time: Simulated time at the end of the tick [s].
         """
         self.time = time
         for robot in self.robots:
@@ -293,7 +300,13 @@ class RunRecord:
                 del self._followed[slot]
 
     def note_shot(self, slot: int, robot: int, pos: tuple[float, float, float]) -> None:
-        """Record a robot's shot, with the piece's position at the end of the tick, field frame [m]."""
+        """Record a shot, and follow the path of the piece.
+
+        Args:
+            slot: Slot of the piece.
+            robot: Number of the robot.
+            pos: Position of the piece at the end of the tick, field frame [m].
+        """
         shot = ShotRecord(self.time, len(self.shots) + 1, slot, robot, [pos])
         self.shots.append(shot)
         self.robots[robot].shortfalls.note_shot()
@@ -301,11 +314,15 @@ class RunRecord:
         self._columns = None
 
     def note_thrown(self, slot: int) -> None:
-        """Follow a piece thrown by a human player, which does not count as a shot."""
+        """Follow a piece that a human player has thrown; the throw does not count as a shot."""
         self._followed[slot] = ShotRecord(self.time, 0, slot, _PERSON, [])
 
     def note_scored(self, event: ScoreEvent) -> None:
-        """Credit a scored piece to the robot or human player that threw it."""
+        """Record that a piece has scored.
+
+        If a robot has shot the piece, the shot counts as a hit. If a human player has thrown the piece, the points
+        count as points of human players.
+        """
         shot = self._followed.pop(event.slot, None)
         if shot is not None and shot.robot == _PERSON:
             self.human_points[event.alliance] += event.points
@@ -317,7 +334,7 @@ class RunRecord:
             self._columns = None
 
     def note_taken_in(self, slots: IntArray, robot: int) -> None:
-        """Record pieces that a robot has taken in, with their positions."""
+        """Record time and position of each piece that a robot has taken in."""
         for slot, (x, y, z) in zip(slots.tolist(), self._pieces.state.pos[slots].tolist(), strict=True):
             self.taken_in.append(TakenIn(self.time, slot, robot, (x, y, z)))
         self._columns = None
@@ -326,7 +343,7 @@ class RunRecord:
 
     @property
     def shortfalls(self) -> list[str]:
-        """Reasons why robots took in or shot nothing, and pose errors over 0.5 m of robot code, one sentence each."""
+        """Sentences about robots that took in or shot no pieces, and about pose estimates that are over 0.5 m wrong."""
         found = []
         for number, robot in enumerate(self.robots):
             taken_in = len([taken for taken in self.taken_in if taken.robot == number])
@@ -335,7 +352,7 @@ class RunRecord:
         return found
 
     def conclude(self) -> bool:
-        """Add new shortfalls to the warnings; return whether there were any."""
+        """Append new shortfalls to `warnings`; return whether there are new shortfalls."""
         new = [line for line in self.shortfalls if line not in self.warnings]
         self.warnings.extend(new)
         return bool(new)
@@ -347,14 +364,14 @@ class RunRecord:
 
     @property
     def flying(self) -> IntArray:
-        """Slots of pieces that robots have shot and that have touched nothing yet, oldest first."""
+        """Slots of the pieces that robots have shot and that have not touched anything since, oldest shot first."""
         untouched = self._pieces.is_untouched
         flying = [slot for slot, shot in self._followed.items() if untouched[slot] and shot.robot != _PERSON]
         return np.array(flying, dtype=np.int64)
 
     @property
     def columns(self) -> RecordColumns:
-        """Newest events for telemetry; a new object after each event."""
+        """Newest events for telemetry; the property returns the same object until the next event."""
         if self._columns is None:
             self._columns = RecordColumns(
                 shots=_newest(self.shots, lambda shot: (shot.slot, shot.robot, round(shot.time / self._tick))),
@@ -365,7 +382,7 @@ class RunRecord:
 
 
 def _newest(events: Sequence[_Event], row: Callable[[_Event], tuple[int, ...]]) -> IntArray:
-    """Return the number and row of each event of the last second before the newest event, as one flat array."""
+    """Return number and row of each event in the last second before the newest event, in one flat read-only array."""
     first = len(events)
     while first and events[first - 1].time > events[-1].time - _SHOWN - 1e-6:
         first -= 1

@@ -1,6 +1,6 @@
-"""Headless runs of autos and matches at full speed, with a report as JSON or as tables.
+"""Headless runs of autos and matches at full speed, with a report in JSON or in tables.
 
-This module reads the wall clock for the report; the simulation itself never does.
+This module reads the wall clock only for the report. The simulation does not depend on the wall clock.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from simcore.units import TICK
 __all__ = ["NOTHING", "AutoRun", "RunReport", "Spread", "play_auto", "play_robots", "print_report", "split_level"]
 
 NOTHING = ("", "None")
-"""Texts that mean an empty value in the match state."""
+"""Texts that stand for an empty value in `RunReport.match_state`, omitted from the printed report."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,15 +46,15 @@ class Spread:
 
     @classmethod
     def of(cls, counts: Sequence[int]) -> Spread:
-        """Compute mean and maximum from the counts of all ticks; both are 0 without ticks."""
+        """Compute mean and maximum from the counts of all ticks; without ticks, mean and maximum are 0."""
         return cls(mean=float(np.mean(counts or [0])), max=max(counts, default=0))
 
 
 class RunReport:
-    """Figures of a run; each attribute is a field of the `--json` output.
+    """Results of a run of an auto or match. Each attribute is a field of the `--json` output.
 
     Args:
-        match: Match, played to its end but not closed yet.
+        match: Match after the last tick, not closed yet.
         name: Name of the auto, or `match` for a whole match.
         players: Alliance and player of each robot of a whole match.
         startup_seconds: Wall time from the start to the first tick, without imports [s].
@@ -90,9 +90,9 @@ class RunReport:
         self.ticks = match.ticks
         self.score = match.score
         self.match_state = _match_state(match.snapshot())
-        """Match clock, period and the game's state at the end, by telemetry key without the prefix `Sim/Match/`."""
+        """Values of the match channels after the last tick, by telemetry key without the prefix `Sim/Match/`."""
         self.pieces = match.count
-        """Number of pieces of all kinds by status."""
+        """Number of pieces by status, all kinds together."""
         self.piece_name = " and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces"
         """Names of the kinds of pieces in lower case, joined by "and"."""
         self.breakdown = match.breakdown()
@@ -100,13 +100,13 @@ class RunReport:
         self.placed = dict(match.pieces.places.totals())
         """Number of placed pieces by level, in a game with resting places."""
         self.fouls = tuple(f"{foul.time:.2f} s: {foul}" for foul in match.tracker.fouls)
-        """Fouls with their times, oldest first."""
+        """Time and description of each foul, oldest first."""
         self.shots = len(record.shots)
         self.hits = record.hits
         self.taken_in = len(record.taken_in)
         """Number of pieces taken in by all robots."""
         self.shortfalls = tuple(record.shortfalls)
-        """Reasons why robots took in or shot nothing, one sentence each."""
+        """Sentences about robots that took in or shot no pieces, or about errors in a pose estimate."""
         self.distance_m = record.robots[0].distance
         """Distance driven by the first robot, excluding moves by the drive team [m]."""
         self.tick_ms = TickTimes.of([seconds for seconds, _, _ in ticks])
@@ -115,13 +115,13 @@ class RunReport:
         self.min_battery_v = battery.min_voltage
         """Lowest battery voltage of the first robot [V]."""
         self.brownouts = battery.brownouts
-        """Number of brown-outs that switched off the first robot's motors."""
+        """Number of brownouts, in which the first robot's roboRIO switched off the motors."""
         self.resets = battery.resets
-        """Number of times that low voltage reset the first robot's roboRIO."""
+        """Number of resets of the first robot's roboRIO due to low voltage."""
         self.digest = match.digest.hexdigest()
-        """SHA-256 digest of the state trajectory."""
+        """SHA-256 digest of the states in all ticks, in hexadecimal digits."""
         self.outputs: Mapping[str, str] = {}
-        """Path of each file written, by kind, e.g. `log` or `page`."""
+        """Path of each output file, by kind of output, e.g. `log` or `page`."""
 
     def to_json(self) -> str:
         """Return the report as a JSON object on one line.
@@ -147,12 +147,12 @@ def _plain(name: str, value: Any) -> Any:
 
 
 def print_report(report: RunReport, console: Console, *, verbose: bool = False) -> None:
-    """Print the report as tables for 80 columns, in ASCII on terminals without UTF-8 (e.g. Windows cp1252).
+    """Print the report in tables of at most 80 columns, with ASCII lines if the console's encoding is not UTF-8.
 
     Args:
         report: Report of the run.
         console: Console to print on.
-        verbose: Whether to add seed, engine, tick times and digest, for comparison of runs.
+        verbose: Whether to add seed, scatter, engine, tick times, substeps, awake pieces and digest.
     """
     ascii_only = not console.encoding.lower().replace("-", "").startswith("utf")
     style = box.ASCII if ascii_only else box.ROUNDED
@@ -204,7 +204,7 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
     if report.taken_in:
         run.add_row("pieces taken in", str(report.taken_in))
     run.add_row("distance driven", f"{report.distance_m:.1f} m")
-    off = f"; {report.brownouts} brown-outs" if report.brownouts else ""
+    off = f"; {report.brownouts} brownouts" if report.brownouts else ""
     off += f", {report.resets} resets of the roboRIO" if report.resets else ""
     run.add_row("lowest battery voltage", f"{report.min_battery_v:.2f} V{off}")
     times = f"{report.wall_seconds:.1f} s, {report.realtime_factor:.1f} times as fast as a real match"
@@ -230,7 +230,7 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
 
 
 def split_level(name: str) -> tuple[str, str]:
-    """Split the name of a level of resting places into the alliance and the rest of the name.
+    """Split the name of a level of resting places into alliance, or an empty string, and the rest of the name.
 
     >>> split_level("BlueL4"), split_level("Shelf")
     (('blue', 'L4'), ('', 'Shelf'))
@@ -240,7 +240,7 @@ def split_level(name: str) -> tuple[str, str]:
 
 
 def _placed(levels: Mapping[str, int], style: box.Box, width: int) -> Table:
-    """Make a table with a row per alliance and a column per level."""
+    """Return a table of the placed pieces, with a row for each alliance and a column for each level."""
     counts = {split_level(name): count for name, count in levels.items()}
     labels = list(dict.fromkeys(label for _, label in counts))
     table = Table(title="Placed, by level", box=style, title_justify="left", width=width)
@@ -253,7 +253,7 @@ def _placed(levels: Mapping[str, int], style: box.Box, width: int) -> Table:
 
 
 def _score_sheet(report: RunReport, style: box.Box, width: int) -> Table:
-    """Make a table of a whole match's score by alliance, without rows that are 0 for both."""
+    """Return a table of players and score breakdown by alliance, without rows that are 0 for both alliances."""
     table = Table(title="Score sheet", box=style, title_justify="left", width=width)
     table.add_column("")
     for side in ("red", "blue"):
@@ -272,7 +272,7 @@ def _score_sheet(report: RunReport, style: box.Box, width: int) -> Table:
 
 
 def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
-    """Return the rows of the report's table with match clock, period and the game's own state, by label."""
+    """Return the table rows for match clock, period and non-empty match state of the game: text by label."""
     rest = dict(state)
     for told_elsewhere in ("Game", "LastFoul"):
         rest.pop(told_elsewhere, None)
@@ -292,14 +292,14 @@ def _width(console: Console) -> int:
 
 @dataclass(slots=True)
 class AutoRun:
-    """Result of a headless run; close `match` after use."""
+    """Result of a headless run; the caller must close `match`."""
 
     report: RunReport
     match: Match
     path: FloatArray
     """Path of the first robot, one row of x, y, yaw per tick, field frame [m, m, rad], shape (n, 3)."""
     pieces_at_start: FloatArray
-    """Positions of all pieces on the field at the start, field frame [m], shape (n, 3)."""
+    """Positions of all pieces on the field before the first tick, field frame [m], shape (n, 3)."""
     was_interrupted: bool
 
 
@@ -312,7 +312,7 @@ def play_auto(
     robot: RobotConfig | None = None,
     **settings: Any,
 ) -> AutoRun:
-    """Run an auto headless.
+    """Run an auto of a game headless, with one robot.
 
     Args:
         game: Game of the auto.
@@ -356,7 +356,7 @@ def play_robots(
     should_stop: Callable[[], bool] = lambda: False,
     **settings: Any,
 ) -> AutoRun:
-    """Run a match headless with any number of robots.
+    """Run a match headless with any number of robots, and report the results.
 
     Args:
         game: Game to play.
@@ -364,10 +364,11 @@ def play_robots(
         set_controllers: Function that sets the robots' controllers, called with the match before the first tick.
         name: Name of the run in the report.
         seconds: Simulated time to play [s].
-        players: Alliance and player of each robot of a whole match, for the report.
-        sinks: Receivers of telemetry, closed if the match is invalid.
+        players: Alliance and player of each robot for the report; empty unless the run is a whole match.
+        sinks: Receivers of telemetry, closed if the match cannot be built or an error ends the run.
         on_tick: Function called after each tick, e.g. for a progress bar.
-        should_stop: Function called before each tick; True ends the run early, with a report of the ticks so far.
+        should_stop: Function called before each tick; a return value of True ends the run, and the report covers the
+            ticks so far.
         settings: Further arguments of `Match`.
 
     Returns:
@@ -418,7 +419,7 @@ def auto_seconds(game: Game) -> float:
 
 
 def _match_state(snapshot: Snapshot) -> dict[str, float | int | bool | str]:
-    """Return the values of the keys under `Sim/Match/`, by key without this prefix."""
+    """Return the values in a snapshot whose keys begin with `Sim/Match/`, by key without this prefix."""
     prefix = "Sim/Match/"
     values: dict[str, float | int | bool | str] = {}
     for kind in (snapshot.doubles, snapshot.integers, snapshot.booleans, snapshot.strings):

@@ -1,8 +1,8 @@
 """Scatter: random differences of robots, pieces, sensors and human players between matches and between shots.
 
-A `Scatter` holds the size of each spread. `ScatterDraws` draws the values for a match, with a separate random generator
-for each spread and object, so that a draw depends only on the match's seed and not on other spreads, the order of draws
-or the number of robots. `built_robot` draws the as-built robot for a config.
+A `Scatter` contains the size of each spread. `ScatterDraws` draws the values for a match, with a separate random
+generator for each spread and object. A draw therefore depends only on the match's seed, and not on other spreads, the
+order of draws or the number of robots. `built_robot` draws the differences between a robot as built and the config.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ _RATE = Quantity("rad/s", 0.0, 0.5)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scatter:
-    """Sizes of all spreads: `Scatter()` has the defaults, and `Scatter.none()` has no spread.
+    """Sizes of all random differences, called spreads; `Scatter()` has default sizes, `Scatter.none()` has no spread.
 
-    Unless stated otherwise, a spread is the standard deviation of a normal distribution; a dimensionless spread is
-    relative to the value in the config of the game or robot. Make variants with `dataclasses.replace`, `scaled` or
-    `parse`.
+    Unless stated otherwise, a spread with a unit is the standard deviation of a normally distributed error. A
+    dimensionless spread is the standard deviation of the logarithm of a random factor on the value in the config of the
+    game or robot. To make a variant, use `dataclasses.replace`, `scaled` or `parse`.
 
     Example:
         >>> half = Scatter().scaled(0.5)
@@ -58,14 +58,14 @@ class Scatter:
     Estimate: 2 to 5 % for foam balls, mostly from the balls themselves. Balls of different density land up to 2 m apart
     (vexforum.com/t/29718), and used balls fall short of new balls (chiefdelphi.com/t/150445, /t/117361)."""
     elevation: float = degrees(1.0)
-    """Spread of the elevation, for each shot [rad]. Estimate: backlash of the hood, and the point where a piece leaves
-    the hood."""
+    """Spread of the elevation, for each shot [rad]. Estimate: backlash of the hood, and variation of the point where a
+    piece leaves the hood."""
     azimuth: float = degrees(0.7)
     """Spread of the azimuth, for each shot [rad]. Estimate: lateral position of the piece on the wheels."""
     spin: float = 0.1
     """Spread of the spin, for each shot [-]. Estimate; spin matters for pieces with lift and after the first bounce."""
     feed_time: float = 0.02
-    """Spread of the time from the previous shot, for each shot [s]. Estimate: gaps between pieces vary."""
+    """Spread of the time since the previous shot, for each shot [s]. Estimate: gaps between pieces vary."""
     piece_mass: float = 0.055
     """Spread of the mass, for each piece, uniform within plus or minus this value [-]. According to the 2026 manual,
     balls weigh 0.448 to 0.500 lb; boulders of 2016 were within 2 % (chiefdelphi.com/t/147506)."""
@@ -80,10 +80,10 @@ class Scatter:
     """Spread of the treads' coefficient of friction on carpet, for each robot [-]. Estimate: some fields have carpet
     with good grip, others have slippery carpet (chiefdelphi.com/t/160925)."""
     wheel_wear: float = 0.025
-    """Spread of tread wear, for each wheel: reduction of the radius below robot code's value, uniform from 0 to this
+    """Largest tread wear, for each wheel: relative reduction of the wheel radius in the config, uniform from 0 to this
     value [-]. A 3.75 in wheel loses 0.05 in of tread at an event (chiefdelphi.com/t/406728)."""
     battery_charge: float = 0.1
-    """Spread of missing charge at the start, for each battery, uniform from 0 to this value [-]. Estimate: time spent
+    """Largest missing charge at the start, for each battery, uniform from 0 to this value [-]. Estimate: time spent
     waiting in the queue."""
     battery_resistance: float = 0.12
     """Spread of the resistances, for each battery [-]. One team's used batteries have internal resistances of 13 to 21
@@ -98,13 +98,13 @@ class Scatter:
     """Spread of the zero offset of each absolute encoder on swerve steering, hoods and turrets [rad]. Estimate: teams
     zero wheels along a straight bar, and hoods at a hard stop."""
     drive_friction: float = 0.47
-    """Spread of kS, for each tank and mecanum drive: a factor of 1.6 either way [-]. Published kS values of tank drives
+    """Spread of kS, for each tank or mecanum drive: a typical factor of 1.6 [-]. Published kS values of tank drives
     range from 0.13 to 1.31 V, around 0.65 V."""
     swerve_friction: float = 0.18
-    """Spread of kS, for each swerve drive: a factor of 1.2 either way [-]. Estimate: one team's values agree from day
+    """Spread of kS, for each swerve drive: a typical factor of 1.2 [-]. Estimate: the values of one team agree from day
     to day, but values of different teams differ more."""
     drive_sides: float = 0.03
-    """Spread of lost gear efficiency, for each side of a tank drive and each wheel of other drives, uniform from 0 to
+    """Largest loss of gear efficiency, for each side of a tank drive or wheel of another drive, uniform from 0 to
     this value [-]. A kit chassis turned by 0.3 rad over 12 m at equal voltages."""
     gyro: float = degrees(0.01)
     """Spread of the measured yaw rate at rest, for each gyro [rad/s]. Estimate: a drift of 0.6 degrees per minute
@@ -155,7 +155,7 @@ class Scatter:
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """Return the names of all spreads."""
+        """Return the names of all spreads in order of definition."""
         return tuple(field.name for field in dataclasses.fields(cls))
 
     def scaled(self, factor: float) -> Scatter:
@@ -169,7 +169,7 @@ class Scatter:
 
     @classmethod
     def parse(cls, text: str) -> Scatter:
-        """Parse a scatter: an optional factor on the default spreads, then single spreads by name.
+        """Parse a scatter: an optional factor on all default spreads, then `name=value` for single spreads.
 
         >>> Scatter.parse("0.5") == Scatter().scaled(0.5)
         True
@@ -194,7 +194,7 @@ class Scatter:
 
     @property
     def text(self) -> str:
-        """Text form of this scatter, which `parse` reads back.
+        """Text of this scatter in the format of `parse`, with all spreads that are not 0.
 
         >>> Scatter.parse(Scatter().text) == Scatter(), Scatter.none().text
         (True, '0')
@@ -214,7 +214,7 @@ def _number(text: str, part: str) -> float:
 
 
 class ScatterDraws:
-    """Random draws of one match, each determined by the seed, the name of a spread and the numbers of an object.
+    """Random draws of one match. Each draw depends only on the seed, the spread's name and the object's numbers.
 
     Args:
         scatter: Sizes of all spreads.
@@ -235,16 +235,16 @@ class ScatterDraws:
         return np.random.default_rng((self._seed, zlib.crc32(name.encode()), *numbers))
 
     def normal(self, name: str, *numbers: int) -> float:
-        """Draw a normal number with mean 0 and the size of a spread as standard deviation."""
+        """Draw a normally distributed number with mean 0 and the size of a spread as standard deviation."""
         size: float = getattr(self.scatter, name)
         return size * float(self.generator(name, *numbers).standard_normal()) if size else 0.0
 
     def factor(self, name: str, *numbers: int) -> float:
-        """Draw a log-normal factor with median 1: e to the power of `normal`."""
+        """Draw a log-normally distributed factor with median 1: e to the power of a draw of `normal`."""
         return math.exp(self.normal(name, *numbers))
 
     def share(self, name: str, *numbers: int) -> float:
-        """Draw a uniform number from 0 to the size of a spread."""
+        """Draw a uniformly distributed number from 0 to the size of a spread."""
         size: float = getattr(self.scatter, name)
         return size * float(self.generator(name, *numbers).random()) if size else 0.0
 
@@ -253,7 +253,7 @@ def piece_variation(draws: ScatterDraws, counts: Sequence[int]) -> PieceVariatio
     """Draw the factors on mass, diameter, restitution and drag of all pieces of a match.
 
     Args:
-        draws: Scatter draws of the match.
+        draws: Random draws of the match.
         counts: Number of pieces of each kind, in the order of the pool.
     """
     return PieceVariation(
@@ -290,11 +290,11 @@ _AHEAD = 64  # random numbers that a shooter draws at once
 
 
 def built_robot(config: RobotConfig, draws: ScatterDraws, robot: int) -> BuiltRobot:
-    """Draw the as-built drivetrain, battery, gyro, mechanisms and shot errors of a robot.
+    """Return the robot as built: drivetrain, battery, gyro and mechanisms with random errors, and shot errors.
 
     Args:
         config: Config of the robot.
-        draws: Scatter draws of the match.
+        draws: Random draws of the match.
         robot: Number of the robot.
     """
     drivetrain = config.drivetrain
@@ -350,9 +350,9 @@ def _swerve(config: SwerveConfig, draws: ScatterDraws, robot: int) -> SwerveConf
 def _fixed_wheels(
     config: TankConfig | MecanumConfig, draws: ScatterDraws, robot: int
 ) -> tuple[TankConfig | MecanumConfig, ...]:
-    """Draw the as-built config of each wheel of a mecanum drive or each side of a tank drive.
+    """Draw the as-built config of each wheel of a mecanum drive or of each side of a tank drive.
 
-    Motor constants are scaled by the mean factors of the motors on a shaft; all wheels of a side have the same wear.
+    The factor on a motor constant is the mean factor of the motors on a shaft. All wheels of a side have the same wear.
     """
     tread, drag = draws.factor("tread_friction", robot), draws.factor("drive_friction", robot)
     is_tank = isinstance(config, TankConfig)
@@ -378,7 +378,7 @@ def _fixed_wheels(
 
 
 def _motor_factors(draws: ScatterDraws, motors: int, *numbers: int) -> tuple[float, float]:
-    """Draw torque-constant and resistance factors for the motors on one shaft, and return the mean of each."""
+    """Draw factors for the motors on a shaft; return the mean torque-constant factor and the mean resistance factor."""
     kt = [draws.factor("motor_kt", *numbers, motor) for motor in range(motors)]
     resistance = [draws.factor("motor_resistance", *numbers, motor) for motor in range(motors)]
     return math.fsum(kt) / motors, math.fsum(resistance) / motors
@@ -437,7 +437,7 @@ def _shot_errors(draws: ScatterDraws, robot: int, shooter: int, *, hood: bool, t
 
 
 def _normals(size: float, rng: np.random.Generator) -> Callable[[], float]:
-    """Return a function that draws a normal number with mean 0 and standard deviation `size` at each call."""
+    """Return a function that draws a normally distributed number, mean 0, standard deviation `size`, at each call."""
     ready: list[float] = []
 
     def next_one() -> float:

@@ -1,4 +1,4 @@
-"""Scoring: zones that pieces enter, and the resulting events and totals."""
+"""Scoring: zones in which pieces score, fouls, events, and points of the alliances."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ def other_alliance(alliance: Alliance) -> Alliance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScoringZone:
-    """Zone in which pieces score."""
+    """Zone in which pieces score points for an alliance."""
 
     name: str
-    """Name of the zone, also used as its key in the breakdown."""
+    """Name of the zone, also used as key in the breakdown of the score."""
     alliance: Alliance
-    """Alliance that receives the points, regardless of the robot that shot."""
+    """Alliance that receives the points, regardless of the alliance of the robot."""
     zone: Zone
     points: int = 1
-    """Points for one piece while the zone is active."""
+    """Points for each piece while the zone is active."""
     downward: bool = True
-    """Whether only falling pieces count."""
+    """Whether only falling pieces score in the zone."""
     kinds: tuple[str, ...] = ()
     """Kinds of pieces that score in the zone; empty for all kinds."""
     opening: ShotOpening | None = None
-    """Opening that shots must fall through; None if the zone is not a target for shots."""
+    """Opening through which shots must fall; None if the zone is not a target of shots."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"ScoringZone {self.name!r}", points=Quantity("points", -1000, 1000, is_whole=True))
@@ -49,7 +49,7 @@ class ScoringZone:
 
 @dataclass(frozen=True, slots=True)
 class ScoreEvent:
-    """Score of one piece in one zone."""
+    """Record of a piece that has scored in a zone."""
 
     time: float
     """Simulated time at the end of the tick [s]."""
@@ -63,7 +63,7 @@ class ScoreEvent:
 
 @dataclass(frozen=True, slots=True)
 class FoulEvent:
-    """Violation of a rule by a robot."""
+    """Foul: violation of a rule by a robot, with the points for the other alliance."""
 
     time: float
     """Simulated time at the end of the tick [s]."""
@@ -79,7 +79,7 @@ class FoulEvent:
 
     @property
     def gains(self) -> Alliance:
-        """Alliance that receives the points."""
+        """Alliance that receives the points for the foul."""
         return other_alliance(self.alliance)
 
     def __str__(self) -> str:
@@ -88,14 +88,17 @@ class FoulEvent:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Score:
-    """Points by alliance."""
+    """Points of each alliance, and sum of the points of both alliances.
+
+    Comparison with `<` or `>` raises an error.
+    """
 
     red: int
     blue: int
     total: int
 
     def __gt__(self, other: object) -> bool:
-        """Raise an error, because a score has two numbers to compare."""
+        """Raise a `ConfigError`, because the points of two alliances have no common order."""
         raise ConfigError(
             f"a score has points of red and of blue, got {other!r}: did you mean score.blue or score.red?"
         )
@@ -104,7 +107,7 @@ class Score:
 
 
 class ScoringTracker:
-    """Counter of pieces that enter scoring zones; the caller takes each scored piece off the field."""
+    """Tracker of pieces that enter scoring zones, of fouls, and of the points of each alliance."""
 
     def __init__(
         self,
@@ -113,11 +116,11 @@ class ScoringTracker:
         worth: Callable[[ScoringZone], int] | None = None,
         kinds: Sequence[str] = (),
     ) -> None:
-        """Make a tracker.
+        """Initialize a tracker without events.
 
         Args:
-            zones: Zones where pieces score; names must differ.
-            worth: Function that returns the current points for a piece in a zone; None for `zone.points`.
+            zones: Zones in which pieces score; the names must differ.
+            worth: Function that returns the points for a piece in a zone at the current time; None for `zone.points`.
             kinds: Kind of the piece in each slot, required if a zone lists kinds.
         """
         self.zones = tuple(zones)
@@ -132,28 +135,28 @@ class ScoringTracker:
         self.reset()
 
     def reset(self) -> None:
-        """Clear all events, fouls and points."""
+        """Clear all scoring events, fouls, points and counts of pieces."""
         self.events: list[ScoreEvent] = []
         """All scoring events so far, oldest first."""
         self.fouls: list[FoulEvent] = []
         """All fouls so far, oldest first."""
         self.totals: dict[Alliance, int] = {"blue": 0, "red": 0}
-        """Points by alliance."""
+        """Points of each alliance so far, with the points for fouls of the other alliance."""
         self.pieces: dict[str, int] = dict.fromkeys((zone.name for zone in self.zones), 0)
-        """Number of pieces scored in each zone, including those without points."""
+        """Number of pieces that have scored in each zone, including pieces without points."""
 
     def add(self, alliance: Alliance, points: int) -> None:
-        """Add points that do not come from a piece, e.g. for a climb or a parked robot."""
+        """Add points to an alliance's total that are not for a piece, e.g. for a climb or a parked robot."""
         self.totals[alliance] += points
 
     def foul(self, event: FoulEvent) -> None:
-        """Record a foul and add its points to the other alliance's total."""
+        """Record a foul, and add the points for the foul to the other alliance's total."""
         self.fouls.append(event)
         self.totals[event.gains] += event.points
 
     @staticmethod
     def _mask(zone: ScoringZone, kinds: Sequence[str]) -> BoolArray | None:
-        """Return a mask of the slots that may score in a zone, shape (n,), or None for all slots."""
+        """Return a mask of the slots whose pieces may score in a zone, shape (n,); None if all pieces may score."""
         if not zone.kinds:
             return None
         unknown = set(zone.kinds) - set(kinds)
@@ -162,7 +165,9 @@ class ScoringTracker:
         return np.isin(np.array(kinds), zone.kinds)
 
     def update(self, time: float, slots: IntArray, start: FloatArray, end: FloatArray) -> list[ScoreEvent]:
-        """Score the pieces that have entered a zone during a tick.
+        """Score the pieces that have entered a zone during a tick, and add the points to the totals.
+
+        A piece scores at most once per call.
 
         Args:
             time: Simulated time at the end of the tick [s].
@@ -171,7 +176,7 @@ class ScoringTracker:
             end: Positions at the end of the tick, field frame [m], shape (n, 3).
 
         Returns:
-            New events; the caller takes the scored pieces off the field.
+            New scoring events; the caller must remove the scored pieces from the field.
         """
         if not len(slots):
             return []

@@ -1,7 +1,7 @@
 """Robot controller that follows a script, with commands for driving, collecting and shooting.
 
-Scripts are generators that yield once a tick. Scripts are written for a blue robot; for a red robot, the controller
-flips poses and commands by the field's symmetry.
+A script is a generator that yields once per tick. The coordinates in a script are for a blue robot. For a red robot,
+the controller flips poses and commands according to the field's symmetry.
 """
 
 from __future__ import annotations
@@ -35,30 +35,30 @@ __all__ = ["Script", "ScriptSettings", "ScriptedRobot", "Steps"]
 _log = logging.getLogger(__name__)
 
 Steps: TypeAlias = Generator[None, None, None]
-"""Generator that yields once a tick."""
+"""Generator of a script, which yields once per tick."""
 Script: TypeAlias = "Callable[[ScriptedRobot], Steps]"
-"""Function that takes the scripted robot and returns the generator of the script's steps."""
+"""Function of the scripted robot that returns the generator of a script."""
 
 # Tolerances of a robot that is ready to shoot. Each shifts a shot of 2.5 m and 1.2 s by 40 to 60 mm at the target.
 _WHEEL_TOLERANCE = 0.01  # of the wheel speed; the range of a shot varies with the square of the speed
 _HEADING_TOLERANCE = degrees(1.0)
 _MOST_SPEED = 0.05  # over ground [m/s]
-_AT_TARGET = 0.1  # [m]; zones this close to a target belong to the target
+_AT_TARGET = 0.1  # [m]; zones this close to a target are zones of the target
 _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScriptSettings:
-    """Settings for robots driven by scripts."""
+    """Settings of a `ScriptedRobot`."""
 
     acceleration: float = 6.0
-    """Limit of horizontal acceleration [m/s^2]; about half of the tires' limit, so that wheels do not skid."""
+    """Limit of the horizontal acceleration [m/s^2]; the default is about half of the tires' limit."""
     shot_elevation: float = degrees(60.0)
     """Elevation of shots above the horizontal, for shooters with a hood [rad]."""
     feed_volts: Mapping[str, float] = field(default_factory=dict)
-    """Voltages of the mechanisms that feed pieces to the shooter, by name [V]."""
+    """Voltage of each mechanism that feeds pieces to the shooter, while feeding [V], by mechanism name."""
     roller_volts: float = 9.0
-    """Voltage of the intake's roller while the intake is commanded out [V]."""
+    """Voltage of the intake's roller while the script commands the intake to deploy [V]."""
     intake_x: float = -0.6
     """Position of the intake along the robot's x axis [m]."""
 
@@ -73,12 +73,12 @@ class ScriptSettings:
         )
 
     def controller(self, script: Script) -> Callable[[PlayedMatch, Alliance], ScriptedRobot]:
-        """Return a function that makes a controller with these settings, for `Auto.controller`."""
+        """Return a function of match and alliance that returns a controller for a script, for `Auto.controller`."""
         return lambda match, alliance: ScriptedRobot(script, match, alliance, self)
 
 
 class ScriptedRobot:
-    """Controller that follows a script, for robots with a swerve drive.
+    """Controller that commands a robot with a swerve drive according to a script.
 
     Args:
         script: Script to follow.
@@ -108,11 +108,11 @@ class ScriptedRobot:
         self._wheel_loops: dict[str, VelocityController] = {}
         self._robot: Robot | None = None
         self.pose: Pose = (0.0, 0.0, 0.0)
-        """Pose of the robot in this tick, from odometry since the last placement, blue field frame [m, m, rad]."""
+        """Pose of the robot in this tick according to odometry without errors, blue field frame [m, m, rad]."""
         self.is_done = False
-        """Whether the script has ended."""
+        """Whether the script's generator has ended."""
         self.aim_error = (0.0, 0.0)
-        """Aiming error added to the solved shot: heading error to the left [rad], and relative speed error [-]."""
+        """Aiming error added to each solved shot: heading, counter-clockwise positive [rad], and relative speed [-]."""
 
     @property
     def match(self) -> PlayedMatch:
@@ -125,7 +125,7 @@ class ScriptedRobot:
         return self._alliance
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick of the script and command the robot; restart the script for a new robot, as after a reset."""
+        """Run one tick of the script and command the robot; start the script for a new robot, e.g. after a reset."""
         if self._robot is not robot:
             self.begin(robot)
         self.pose = self.as_blue(robot.reckoned_pose)
@@ -136,10 +136,10 @@ class ScriptedRobot:
         self._command_mechanisms()
 
     def begin(self, robot: Robot) -> None:
-        """Start the script with a robot.
+        """Start the script for a robot, and clear all commands.
 
         Raises:
-            ConfigError: If the robot does not have the swerve drive that scripts need.
+            ConfigError: If the robot does not have a swerve drive.
         """
         if not isinstance(robot.drive, SwerveDrive):
             kind = type(robot.drive).__name__
@@ -161,12 +161,12 @@ class ScriptedRobot:
 
     @property
     def robot(self) -> Robot:
-        """Robot that follows the script."""
+        """Robot that the script commands."""
         assert self._robot is not None, "a script runs inside a tick"
         return self._robot
 
     def as_blue(self, pose: Pose) -> Pose:
-        """Convert a field-frame pose to the blue field frame, in which this robot is blue [m, m, rad]."""
+        """Convert a field-frame pose to the blue field frame: flip the pose if this robot is red [m, m, rad]."""
         return pose if self._alliance == "blue" else self._symmetry.flip_pose(*pose)
 
     @property
@@ -175,7 +175,11 @@ class ScriptedRobot:
         return len(self.robot.held)
 
     def piece_positions(self, kind: str | None = None) -> FloatArray:
-        """Return the positions of pieces on the field, of one kind or all, blue field frame [m], shape (n, 3)."""
+        """Return the positions of pieces on the field and in the air, blue field frame [m], shape (n, 3).
+
+        Args:
+            kind: Name of the kind of pieces; None for all kinds.
+        """
         pieces = self._match.pieces
         positions = pieces.state.pos[pieces.on_field(kind)]
         return positions if self._alliance == "blue" else self._symmetry.flip_points(positions)
@@ -183,11 +187,11 @@ class ScriptedRobot:
     # --- commands of a script -----------------------------------------------------------------------------------
 
     def stop(self) -> None:
-        """Command zero velocity."""
+        """Command zero chassis velocity at once, without the acceleration limit."""
         self._velocity = (0.0, 0.0, 0.0)
 
     def accelerate_to(self, vx: float, vy: float, turn: float = 0.0) -> None:
-        """Change the commanded velocity toward a goal within the acceleration limit, and correct the heading.
+        """Change the commanded velocity toward a goal within the acceleration limit, and turn to correct the heading.
 
         Args:
             vx: Goal of the x velocity, blue field frame [m/s].
@@ -202,36 +206,36 @@ class ScriptedRobot:
         self._velocity = (ox + dx, oy + dy, max(-6.0, min(6.0, 7.0 * turn)))
 
     def intake(self, on: bool) -> None:
-        """Deploy the first intake and run its roller, or retract the intake and stop the roller."""
+        """Command the first intake to deploy with the roller on, or to retract with the roller off."""
         self._intake = on
 
     def set_position(self, mechanism: str, position: float) -> None:
-        """Move a mechanism to a position [rad], and hold the position."""
+        """Command a mechanism to move to a shaft position [rad] and hold the position; cancel the voltage command."""
         self._volts.pop(mechanism, None)
         self._positions[mechanism] = position
 
     def set_volts(self, mechanism: str, volts: float) -> None:
-        """Apply a constant voltage to a mechanism [V], instead of holding a position."""
+        """Command a constant voltage of a mechanism [V], and cancel the mechanism's position command."""
         self._positions.pop(mechanism, None)
         self._volts[mechanism] = volts
 
     def wait(self, seconds: float) -> Steps:
-        """Keep the current commands for a time [s]."""
+        """Keep the current commands for a duration [s]."""
         for _ in range(round(seconds / TICK)):
             yield
 
     def drive_to(
         self, x: float, y: float, yaw: float, *, speed: float = 3.0, tolerance: float = 0.06, timeout: float = 6.0
     ) -> Steps:
-        """Drive straight to a pose and stop there.
+        """Drive in a straight line to a pose and stop at the pose.
 
         Args:
             x: x coordinate of the goal, blue field frame [m].
             y: y coordinate of the goal, blue field frame [m].
             yaw: Heading to hold [rad].
             speed: Cruising speed [m/s].
-            tolerance: Distance from the goal that counts as reached, with a heading error below 3 degrees [m].
-            timeout: Time after which the robot stops anyway [s].
+            tolerance: Distance from the goal at which the robot stops if the heading error is below 3 degrees [m].
+            timeout: Time after which the robot stops in any case [s].
         """
         yield from self.drive_through([(x, y)], yaw, speed=speed, tolerance=tolerance, timeout=timeout)
 
@@ -245,15 +249,15 @@ class ScriptedRobot:
         corner: float = 0.35,
         timeout: float = 10.0,
     ) -> Steps:
-        """Drive along straight lines through points and stop at the last one.
+        """Drive along straight lines through points and stop at the last point.
 
         Args:
             points: Corners of the path, blue field frame [m].
             yaw: Heading to hold [rad].
             speed: Cruising speed [m/s].
-            tolerance: Distance from the last point that counts as reached, with a heading error below 3 degrees [m].
+            tolerance: Distance from the last point at which the robot stops if the heading error is < 3 degrees [m].
             corner: Distance from a corner at which the robot turns toward the next point [m].
-            timeout: Time after which the robot stops anyway [s].
+            timeout: Time after which the robot stops in any case [s].
         """
         way = list(points)
         for _ in range(round(timeout / TICK)):
@@ -273,7 +277,7 @@ class ScriptedRobot:
         corner: float = 0.35,
         stop_before: float = 0.0,
     ) -> float:
-        """Command this tick's velocity along a path of straight lines, slowing down to stop at the last point.
+        """Command the velocity in this tick along a path of straight lines, and slow down before the last point.
 
         Args:
             way: Corners of the path, blue field frame [m]; the function removes corners that the robot has reached.
@@ -310,13 +314,13 @@ class ScriptedRobot:
     ) -> Steps:
         """Drive to the pieces in a rectangle, nearest first, until no piece is left or the robot is full.
 
-        Switch the intake on first.
+        Call `intake(True)` before this method.
 
         Args:
             low: Corner of the rectangle with the smallest x and y, blue field frame [m].
             high: Corner of the rectangle with the largest x and y, blue field frame [m].
             aside: Largest distance of the robot along y from the rectangle's center [m].
-            timeout: Time after which the robot stops anyway [s].
+            timeout: Time after which the robot stops in any case [s].
             speed: Speed of the approach [m/s].
             kind: Kind of pieces to take in; None for any kind.
             yaw: Heading to hold, 0 or pi [rad].
@@ -342,9 +346,9 @@ class ScriptedRobot:
         yield
 
     def shoot_until_empty(self, target: tuple[float, float, float], *, timeout: float = 5.0) -> Steps:
-        """Aim at a target and shoot all pieces, standing still.
+        """Turn the robot toward a target and shoot all pieces, without driving.
 
-        If no shot is possible, the log gives the reason once. If the target's zone also counts rising pieces
+        If no shot is possible, the method logs the reason once. If rising pieces also score in the target's zone
         (`downward=False`), a shot may enter the zone on the way up.
 
         Args:
@@ -374,15 +378,15 @@ class ScriptedRobot:
 
     @property
     def is_feeding(self) -> bool:
-        """Whether the robot feeds pieces to the shooter."""
+        """Whether the script commands the mechanisms in `feed_volts` to feed pieces to the shooter."""
         return self._feed
 
     def hold_fire(self) -> None:
-        """Stop feeding the shooter."""
+        """Stop the mechanisms that feed pieces to the shooter; the wheels keep spinning."""
         self._feed = False
 
     def spin_up(self, target: tuple[float, float, float]) -> None:
-        """Spin the shooter wheels up for a shot from the current pose at a target, blue field frame [m].
+        """Command the wheel speed for a shot from the current pose at a target, blue field frame [m].
 
         Do nothing if no shot is possible.
         """
@@ -426,7 +430,7 @@ class ScriptedRobot:
         return abs(turn) < _HEADING_TOLERANCE and aimed and still and up
 
     def _braking_speed(self, distance: float) -> float:
-        """Compute the speed [m/s] from which half of the acceleration limit stops the robot within a distance [m]."""
+        """Return the speed [m/s] from which the robot stops within a distance [m] at half of the acceleration limit."""
         return math.sqrt(2.0 * 0.5 * self.settings.acceleration * max(0.0, distance))
 
     def _drive(self) -> None:

@@ -1,4 +1,4 @@
-"""Reasons why a robot took in or shot nothing, one line per part that fell short."""
+"""Reasons why a robot took in no pieces or shot no pieces, one sentence for each part that did not work."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ELSEWHERE = 0.5  # [m]; tolerated distance between pose estimate and true pose
 class Shortfalls:
     """Monitor that checks the intakes and shooters of one robot ten times a second.
 
-    An intake or shooter is checked only until the part has worked once, so a working robot costs no time.
+    The monitor checks an intake or shooter only until the part has worked once, to save computing time.
 
     Args:
         robot: Robot to monitor.
@@ -39,7 +39,11 @@ class Shortfalls:
         self._shots = self._ticks = 0
 
     def after_tick(self, time: float) -> None:
-        """Check the intakes and shooters every fifth tick, before the shots of the tick that ends at `time` [s]."""
+        """Check the intakes and shooters in every fifth call; call once per tick, before the shots of the tick.
+
+        Args:
+            time: Simulated time at the end of the tick [s].
+        """
         self._ticks += 1
         if self._ticks % _PERIOD:
             return
@@ -59,14 +63,14 @@ class Shortfalls:
                     self._empty_at[number] = time
 
     def note_shot(self) -> None:
-        """Count a shot, and count it for each feeder that coasted during the shot."""
+        """Count a shot of the robot, and add 1 to the count of each feeder that coasts without output."""
         self._shots += 1
         for name in dict.fromkeys(name for shooter in self._robot.shooters for name in shooter.config.gate):
             if self._mechanism(name).record["request"]["value"][0] == 0.0:
                 self._coasting[name] = self._coasting.get(name, 0) + 1
 
     def lines(self, *, taken_in: int) -> Iterator[str]:
-        """Yield one sentence per shortfall of a commanded part, per coasting feeder, and for a wrong pose estimate.
+        """Yield a sentence for each commanded part that did not work, each coasting feeder, and a wrong pose estimate.
 
         Args:
             taken_in: Number of pieces that the robot has taken in.
@@ -147,12 +151,12 @@ class Shortfalls:
 
 
 def _too_slow(whose: str, name: str, best: float, other: float, least: float) -> str:
-    """Return the sentence for a roller or wheel that never reached its required speed.
+    """Return the sentence for a roller or wheel that never reached the required speed.
 
     Args:
         whose: Name of the part in the sentence.
         name: Name of the mechanism.
-        best: Largest speed in the required direction [rad/s].
+        best: Largest speed in the required direction [rad/s]; negative if there was no such speed.
         other: Largest speed in the opposite direction [rad/s].
         least: Required speed [rad/s].
     """

@@ -1,4 +1,4 @@
-"""Checks of a match's settings, robots and start poses before the first tick and at the start of an auto."""
+"""Checks of settings, robots and start poses before a match, and of pose estimates at the start of an auto."""
 
 from __future__ import annotations
 
@@ -40,17 +40,17 @@ Flip: TypeAlias = Callable[[float, float, float], Pose]
 
 _log = logging.getLogger(__name__)
 
-_APART = 0.5, math.radians(10.0)  # [m], [rad]; a path follower misses its goal with a larger pose error
+_APART = 0.5, math.radians(10.0)  # [m], [rad]; a path follower misses the goal with a larger pose error
 _MOVES = 0.05  # [m/s]; a faster robot has begun to drive
 _BEGINNING = 0.5  # [s]; time in autonomous for robot code to set its pose
-_SPARE = 0.02  # [m]; allowed overlap at a start, which contact then pushes apart
+_SPARE = 0.02  # [m]; allowed overlap at a start, which contact forces then remove
 _RING, _RINGS = 0.1, 20  # [m], [-]; spacing and number of the rings searched for a free pose
 
 
 def require_playable(
     game: Game, entries: Sequence[RobotEntry], *, options: Iterable[str], controllers: int, seed: int
 ) -> None:
-    """Raise an error if the game cannot be played with the given robots, options and seed.
+    """Check that a game can be played with the given robots, options, controllers and seed.
 
     Raises:
         ConfigError: If the game or an entry has the wrong type, the seed is not a whole number >= 0, or there are too
@@ -77,7 +77,7 @@ def require_playable(
 
 
 def require_settings(*, practice: bool = False, sinks: Sequence[TelemetrySink] = (), engine: object = None) -> None:
-    """Raise an error for settings of the wrong type, which would otherwise fail during the match.
+    """Check the types of settings whose errors would otherwise only show during the match.
 
     Raises:
         ConfigError: If `practice` is not a bool, or `sinks` or `engine` has the wrong type.
@@ -92,11 +92,11 @@ def require_settings(*, practice: bool = False, sinks: Sequence[TelemetrySink] =
 
 
 class StartError(ConfigError):
-    """Error for a robot that cannot stand at its start pose.
+    """Error for a robot pose, at the start or later, that is outside the field or occupied.
 
     Args:
         number: Number of the robot.
-        problem: Description of the mistake, worded to follow "robot 0" in the message.
+        problem: Description of the problem, worded to follow "robot 0" in the message.
         hint: Suggestion for a solution; empty to suggest another start.
     """
 
@@ -110,13 +110,13 @@ class StartError(ConfigError):
 def require_free_starts(
     world: PhysicsWorld, robots: Sequence[Robot], field: FieldDefinition, alliances: Sequence[Alliance]
 ) -> None:
-    """Raise an error if a robot starts outside the field, or inside another robot or a solid element.
+    """Check that each robot starts inside the field, without overlap with another robot or a solid element.
 
     Args:
         world: Physics world with the field and the robots.
         robots: Robots at their start poses.
         field: Field of the match.
-        alliances: Alliance of each robot; for red robots, the message also gives the blue position as in the entry.
+        alliances: Alliance of each robot; for a red robot, the message also states the blue position of the entry.
 
     Raises:
         StartError: If a start pose is not free.
@@ -135,7 +135,9 @@ def require_free_place(
     others: Sequence[Robot] = (),
     as_blue: Flip | None = None,
 ) -> None:
-    """Raise an error for a pose outside the field or inside a solid; the message suggests a free position nearby.
+    """Check that a pose is inside the field, without overlap with a solid element or another robot.
+
+    The error message suggests a free position close to the pose.
 
     Args:
         world: Physics world with the field and the robots.
@@ -163,7 +165,9 @@ def require_free_place(
 def free_place(
     world: PhysicsWorld, robot: Robot, pose: Pose, field_size: tuple[float, float], *, others: Sequence[Robot] = ()
 ) -> Pose | None:
-    """Return an intended pose if free, else a free pose on flat ground within 2 m; None if no pose is free.
+    """Return an intended pose if the pose is free, or else a free pose on flat ground within 2 m.
+
+    The result is None if no such pose is free. All poses have the same heading.
 
     Args:
         world: Physics world with the field and the robots.
@@ -192,10 +196,10 @@ def free_place(
 
 
 class BeliefCheck:
-    """Check that warns at most once per auto if a robot is over 0.5 m or 10 degrees away from the estimated pose.
+    """Check that logs a warning if robot code's pose estimate is over 0.5 m or 10 degrees off at the start of an auto.
 
-    The check of a robot runs when the robot begins to move, and again half a second into the auto or at its end. A
-    robot with an entry in `reasons` is reported in any case.
+    The check runs in each tick in which the robot moves, and a last time half a second into the auto or at the end of
+    the auto. Each robot gets at most one warning per auto. A robot with an entry in `reasons` gets the warning at once.
 
     Args:
         robots: Robots of the match.
@@ -206,10 +210,15 @@ class BeliefCheck:
         self._open: list[Robot] = []
         self._since: float | None = None
         self.reasons: dict[int, str] = {}
-        """Unreported reasons why robots could not be placed at the start of their auto, by robot number."""
+        """Reason why a robot could not be placed at the start of an auto, by robot number, until the warning."""
 
     def after_tick(self, time: float, timer: MatchTimer) -> None:
-        """Check the robots at the end of a tick, at simulated time `time` [s]."""
+        """Check the pose estimates of the robots in the first half second of an auto.
+
+        Args:
+            time: Simulated time at the end of the tick [s].
+            timer: Timer of the match.
+        """
         is_auto = timer.is_enabled and timer.phase.mode == "auto"
         if is_auto and self._since is None:
             self._since, self._open = time, list(self._robots)
@@ -221,7 +230,12 @@ class BeliefCheck:
             self._since = None
 
     def _warn(self, robot: Robot, *, is_last: bool) -> bool:
-        """Warn if a robot is away from its estimated pose; return whether a warning was logged."""
+        """Log a warning if a robot is away from the estimated pose; return whether a warning was logged.
+
+        Args:
+            robot: Robot to check; a robot that has not begun to move is checked only if `is_last` is True.
+            is_last: Whether this is the last check in the auto.
+        """
         true, believed, reason = robot.chassis.pose, robot.believed_pose, self.reasons.get(robot.number, "")
         if not (is_last or reason) and robot.chassis.speed < _MOVES:
             return False
@@ -239,21 +253,22 @@ class BeliefCheck:
 
 
 def pose_text(pose: Pose) -> str:
-    """Format a pose as text in meters and degrees."""
+    """Return a pose [m, m, rad] as text in meters and degrees, with the heading from -180 to 180 degrees."""
     return f"({pose[0]:.2f}, {pose[1]:.2f}) m, {math.degrees(math.remainder(pose[2], math.tau)):.0f} deg"
 
 
 def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> Pose:
-    """Return an intended pose with the drive team's placement error.
+    """Return the actual pose of a robot: the intended pose plus a placement error of the drive team.
 
-    If the error would make the robot overlap an obstacle or a ramp, the position error is reversed; if that also fails,
-    the intended pose is returned.
+    If the error would make the robot overlap a further obstacle or ramp, the function reverses the position error. If
+    the reversed error also causes an overlap, or if the intended pose is not free, the function returns the intended
+    pose.
 
     Args:
         world: Physics world with the field and the robots.
         robot: Robot to place.
         pose: Intended pose, field frame [m, m, rad].
-        error: Error in the robot frame: forward, to the left and in rotation [m, m, rad].
+        error: Error in the robot frame: forward, to the left, and counter-clockwise [m, m, rad].
     """
     (x, y, yaw), (ahead, left, turn) = pose, error
     c, s = math.cos(yaw), math.sin(yaw)
@@ -283,9 +298,10 @@ def _place(x: float, y: float, as_blue: Flip | None) -> str:
 
 
 def _obstacle(world: PhysicsWorld, robot: Robot, pose: Pose, others: Sequence[Robot] = ()) -> str:
-    """Return the obstacle that a robot at a pose would overlap by more than `_SPARE` in this tick or the next.
+    """Return the name of an obstacle that a robot at a pose would overlap by more than `_SPARE`.
 
-    The text is worded for a message, and is empty if the pose is free.
+    The name is worded for a message, and is empty if the pose is free. Other robots are obstacles at the current poses
+    and at the expected poses after one tick.
     """
     c, (x, y, yaw) = robot.chassis.config, pose
     z = robot.chassis.standing(pose)[0][2]
@@ -305,7 +321,9 @@ def _obstacle(world: PhysicsWorld, robot: Robot, pose: Pose, others: Sequence[Ro
 
 
 def _outlines(robot: Robot, pos: Vector, quat: Quaternion, *, spare: float = 0.0) -> list[FloatArray]:
-    """Return the outlines of the bumpers' lower and upper edges seen from above, which differ for a tilted robot.
+    """Return the outlines of the bumpers' lower and upper edges seen from above, shape (4, 2).
+
+    The outlines differ if the robot is tilted.
 
     Args:
         robot: Robot with the bumpers.

@@ -1,1 +1,1 @@
-"""`simcore new-game`: template of a package for a new year's game."""
+"""Command `simcore new-game` and the template of a package for a new game."""

@@ -1,4 +1,7 @@
-"""`simcore new-game NAME`: write a package for a new game that runs and passes its tests without changes."""
+"""Command `simcore new-game NAME`, which writes the package of a new game from a template.
+
+The package runs and passes its tests without changes.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +26,11 @@ __all__ = ["add_arguments", "run", "write_game"]
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{1,30}")
 
-_YEAR = Quantity("", 1992, 2992, is_whole=True)
+_YEAR = Quantity("", 1992, 2100, is_whole=True)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `simcore new-game`."""
+    """Add the arguments and options of `simcore new-game`."""
     parser.add_argument("name", metavar="NAME", help="name of the game: lower-case letters, digits and _, e.g. discs")
     parser.add_argument(
         "--year",
@@ -38,11 +41,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the package and return the exit status 0.
+    """Write the package of a new game, print the written files and the next steps, and return exit status 0.
 
     Raises:
-        ConfigError: The name or the year is invalid.
-        OutputError: The folder is not empty or cannot be written.
+        ConfigError: If the name or the year is invalid.
+        OutputError: If the folder is not empty or cannot be written.
     """
     year = args.year or _year_below(game.year for game in installed_games().values())
     folder = args.folder or Path(args.name)
@@ -58,24 +61,27 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _year_below(years: Iterable[int]) -> int:
-    """Return the year before that of the newest installed game, so that this game stays the default."""
+    """Return the year before the newest of the years, so the newest installed game remains the default.
+
+    Without years, return the first valid year.
+    """
     return max(years, default=int(_YEAR.least) + 1) - 1
 
 
 def write_game(name: str, *, year: int, folder: Path) -> list[Path]:
-    """Write a package for a new game.
+    """Write the package of a new game, with the tests, from the template.
 
     Args:
-        name: Name of the game and the package.
-        year: Year of the season.
-        folder: Folder to write to, new or empty.
+        name: Name of the game and of the package.
+        year: Year of the game.
+        folder: Folder for the package; the folder must be new or empty.
 
     Returns:
-        Written files, in the order in which to read them.
+        Paths of the written files, in a useful reading order.
 
     Raises:
-        ConfigError: The name or the year is invalid.
-        OutputError: The folder is not empty or cannot be written.
+        ConfigError: If the name or the year is invalid.
+        OutputError: If the folder is not empty or cannot be written.
     """
     if not _NAME.fullmatch(name) or keyword.iskeyword(name) or name in ("simcore", "games", "tests"):
         raise ConfigError(
@@ -84,8 +90,8 @@ def write_game(name: str, *, year: int, folder: Path) -> list[Path]:
         )
     if name in entry_points(group="simcore.games").names or find_spec(name) is not None:
         raise ConfigError(f"{name!r} is a game or module that is installed; choose another, e.g. 'my_{name}'")
-    if not 1992 <= year <= 2100:
-        raise ConfigError(f"year must be 1992 to 2100, got {year}")
+    if not _YEAR.least <= year <= _YEAR.most:
+        raise ConfigError(f"year must be {_YEAR.least} to {_YEAR.most}, got {year}")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise OutputError(f"{str(folder)!r} is there already and not empty; name another --folder")
     values = {"name": name, "NAME": name.upper(), "Name": _title(name), "year": str(year)}
@@ -109,7 +115,7 @@ def _title(name: str) -> str:
 
 
 def _files(name: str) -> list[tuple[Traversable, str]]:
-    """Return the templates and their target paths."""
+    """Return each template file, and the relative path of the file to write for the game `name`."""
     template = resources.files("simcore.new_game") / "template"
     package = ("dimensions", "field", "pieces", "staging", "rules", "robot", "autos", "game")
     return [

@@ -169,7 +169,7 @@ class GamePieceConfig:
 
     @property
     def air(self) -> AirFactors:
-        """Aerodynamic factors of the piece; for other shapes than balls, of a ball with the same mean frontal area."""
+        """Aerodynamic factors; a piece that is not a ball has the factors of a ball with the same mean frontal area."""
         if self.aerodynamics is None:
             return AirFactors()
         shape = self.shape
@@ -187,10 +187,10 @@ class PieceVariation:
     """
 
     mass: FloatArray
-    """Factor on the mass [-]."""
+    """Factor on the mass of each piece [-]."""
     diameter: FloatArray
-    """Factor on the diameter [-]."""
+    """Factor on the diameter of each piece [-]."""
     restitution: FloatArray
-    """Factor on the restitution factor [-]."""
+    """Factor on the restitution factor of each piece [-]."""
     drag: FloatArray
-    """Factor on the drag coefficient [-]."""
+    """Factor on the drag coefficient of each piece [-]."""

@@ -22,20 +22,20 @@ from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.quantities import COUNT, FORCE, Quantity, require, shown
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
-from simcore.world.rotation import IDENTITY, Quaternion, Vector
-from simcore.world.shapes import Box, Compound, Shape, Sphere, parts_of
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, rotate
+from simcore.world.shapes import Box, Compound, Shape, Sphere, bounding_box, parts_of
 from simcore.world.world import PhysicsWorld
 
 __all__ = ["Footprint", "GamePieceManager"]
 
-_ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
+_ROBOT_HEIGHT = 0.6  # [m]; pieces above this height fly over a robot
 _SUPPORT_REACH = 0.02  # [m]; largest distance of an object that may support a piece
 _DEEPEST = 0.02  # [m]; deeper overlaps of a staged piece with a field element are mistakes
 _SOFT, _HARD = 0.1, 0.003  # largest depth in a wall at release: fraction of a ball's radius, [m] for other pieces
 _SLEEPY = 0.3  # [s]; time for which a piece must be slow before it sleeps
 _GAINS = 0.01  # [m/s]; the time restarts for a slow piece that speeds up by more than this
 _ROCKING, _TURNING = 0.08, 0.5  # [m/s, rad/s]; speeds below which pieces that are not balls, and may rock, are slow
-_WAKES = 0.005, 0.05  # [m/s]; speeds below which robots and pieces do not wake others
+_WAKES = 0.005, 0.05  # [m/s]; speeds below which robots and pieces do not wake other pieces
 _MARGIN = 0.05  # [m], around moving objects
 _WINDY = 3.0  # [m/s]; speed above which drag acts on pieces that are not balls
 _BOXES, _PLAIN, _PARTS = (0.02, 0.005, 0.005), (0.005, 0.00125, 0.004), (0.02, 0.0025, 0.004)
@@ -148,7 +148,7 @@ class GamePieceManager:
         self.recovered = 0
         """Number of times that a piece was put back from outside the field."""
         self._start = self.state.pos.copy()  # positions at the start of the tick
-        self._leaving: dict[int, int] = {}  # by slot of a piece that is not a ball: row of the robot it is leaving
+        self._leaving: dict[int, int] = {}  # by slot, not for balls: row of the robot that the piece is leaving
         self._steps = np.array([_steps_of(kind.shape) for kind, _ in types]).reshape(-1, 3)[self.state.kind]
         self.fastest = 0.0
         """Speed of the fastest awake piece at the start of the tick, plus the possible gain from gravity in the tick
@@ -180,7 +180,7 @@ class GamePieceManager:
     ) -> IntArray:
         """Place new pieces on the field, and return the slots; pieces that stand on the carpet sleep immediately.
 
-        The method places no piece if it raises an error.
+        The method places no piece if the method raises an error.
 
         Args:
             name: Name of the kind.
@@ -211,7 +211,7 @@ class GamePieceManager:
         return slots
 
     def release(self, slots: IntArray, positions: FloatArray, attitudes: FloatArray | None = None) -> None:
-        """Place staged, scored or held pieces, or pieces on the field, on the field at rest.
+        """Place pieces at rest on the field; the pieces may be staged, scored, held or already on the field.
 
         The loop pushes a ball that partly overlaps a field element out of the element at 0.5 m/s. For a held piece, the
         method calls the robot's callback in `on_taken`. Nothing changes if the method raises an error.
@@ -223,7 +223,7 @@ class GamePieceManager:
 
         Raises:
             ConfigError: If a slot has no piece, an attitude is not a unit quaternion, the center of a ball would be
-                inside a field element, or another piece more than 2 cm inside.
+                inside a field element, or a piece of another shape would be more than 2 cm inside.
             NonFiniteError: If a position is not finite.
         """
         self._require("release", slots, _ALL)
@@ -268,7 +268,7 @@ class GamePieceManager:
     ) -> int:
         """Launch a held piece with a velocity, and return the slot of the piece.
 
-        The robot keeps the piece if an error is raised.
+        The robot keeps the piece if the method raises an error.
 
         Args:
             holder: Number of the robot that holds the piece.
@@ -280,7 +280,7 @@ class GamePieceManager:
             flying: Whether the robot shoots the piece into the air; otherwise the robot puts the piece down.
 
         Raises:
-            CapacityError: If the robot does not hold a piece, or not this piece.
+            CapacityError: If the robot holds no piece, or does not hold the piece in `slot`.
             NonFiniteError: If a value is not finite.
             ConfigError: If the speed is above 1,000 m/s.
         """
@@ -304,15 +304,27 @@ class GamePieceManager:
         return slot
 
     def _leave(self, slot: int, robot: int) -> None:
-        """Ignore contacts between a launched piece and the robot in engine row `robot` until the two do not overlap."""
+        """Ignore contacts between a launched piece and the robot in row `robot` until the piece has left the robot."""
         if self._is_ball[slot]:
             self._world.balls.leave(slot, robot)
         else:
             self._leaving[slot] = robot
             self._world.set_piece_touchable(self._pool.rows[slot], True, robots=False)
 
+    def _leave_robot_around(self, slot: int, shape: Shape, pos: Sequence[float], quat: Quaternion) -> None:
+        """Ignore contact of a piece that is not a ball with the robot that contains the piece, until the piece is out.
+
+        The engine would throw piece and robot apart.
+        """
+        half = 0.8 * bounding_box(shape)[1]
+        for offset in ((0.0, 0.0, 0.0), *np.diag(half).tolist(), *np.diag(-half).tolist()):
+            robot = self._world.robots.containing(np.add(pos, rotate(quat, offset)).tolist())
+            if robot >= 0:
+                self._leave(slot, robot)
+                return
+
     def _let_touch_robots(self) -> None:
-        """Enable contacts with robots for launched pieces, other than balls, that are now outside the robot."""
+        """Enable contacts with robots for pieces, other than balls, that have left the robot after the launch."""
         for slot, robot in list(self._leaving.items()):
             away = math.dist(self.state.pos[slot], self._world.bodies.of(robot)["pos"][0])
             is_here = self.state.status[slot] in ON_FIELD
@@ -348,8 +360,8 @@ class GamePieceManager:
     def depth(self, slot: int, pos: Vector, quat: Quaternion) -> float:
         """Return the overlap that a piece would have with field elements at a pose [m].
 
-        For a piece on the field that is not a ball, the test uses a parked piece of the same kind; without a parked
-        piece, the result is 0.
+        For a piece on the field that is not a ball, the test uses a parked piece of the same kind. The result is 0 if
+        no such piece is parked.
 
         Args:
             slot: Slot of the piece.
@@ -455,7 +467,7 @@ class GamePieceManager:
                 self.state.status[slot] = _IN_FLIGHT
 
     def clear(self) -> None:
-        """Remove all pieces from the match."""
+        """Remove all pieces from the match, so that all slots are free."""
         slots = np.nonzero(self.state.status != _FREE)[0]
         for slot in slots.tolist():
             self._pool.park(slot)
@@ -471,7 +483,7 @@ class GamePieceManager:
 
         Raises:
             UnknownNameError: If no kind has this name.
-            CapacityError: If too few pieces are neither on the field nor in robots; nothing changes.
+            CapacityError: If fewer than `count` pieces are off the field and outside robots; nothing changes.
         """
         require("spare", "count", count, COUNT)
         mine = self.state.kind == self._kind(name)
@@ -554,7 +566,7 @@ class GamePieceManager:
 
     @property
     def in_contact(self) -> IntArray:
-        """Slots of the awake pieces with a contact, that is, without pieces in flight."""
+        """Slots of the awake pieces that touch something. Pieces in flight are not among them."""
         slots: IntArray = (self.state.status == _AWAKE).nonzero()[0]
         return slots
 
@@ -596,7 +608,7 @@ class GamePieceManager:
 
     @property
     def size(self) -> FloatArray:
-        """Ratio of each piece's diameter to the diameter of the kind, by slot [-], shape (n,)."""
+        """Ratio of each piece's diameter to the nominal diameter of its kind, by slot [-], shape (n,)."""
         return self._pool.size
 
     def air_of(self, slot: int) -> AirFactors:
@@ -687,7 +699,7 @@ class GamePieceManager:
             spin = self._world.engine.velocities(self._pool.rows_of(others))[:, 3:]
             speed, calm = np.sqrt(_squares(state.vel[others])), self._balls.calm
             is_slow = (speed < _ROCKING) & (_squares(spin) < _TURNING**2)
-            begins = (still[others] == 0.0) | (speed > calm[others] + _GAINS)  # a piece speeding up is not in balance
+            begins = (still[others] == 0.0) | (speed > calm[others] + _GAINS)  # no equilibrium if a piece gains speed
             calm[others] = np.where(begins, speed, calm[others])
             still[others] = np.where(begins, 0.0, still[others])
             still[others] = np.where(is_slow & (state.status[others] == _AWAKE), still[others] + dt, 0.0)
@@ -780,7 +792,7 @@ class GamePieceManager:
                 self._wake(other)
 
     def _fall_asleep(self, slots: IntArray) -> None:
-        self.attitudes(slots)  # stores the current attitudes, as those of sleeping pieces are not read again
+        self.attitudes(slots)  # stores the attitudes, which are not read again during sleep
         self.state.status[slots] = _ASLEEP
         self.state.vel[slots] = self._balls.spin[slots] = 0.0
         for slot in slots.tolist():
@@ -799,6 +811,8 @@ class GamePieceManager:
             standing = abs(pos[2] - height) < 0.002 and (self._is_ball[slot] or config.stands_at(quat))
             self._wake_leaning(slot)
             self._pool.place(slot, (pos[0], pos[1], pos[2]), quat)
+            if not self._is_ball[slot]:
+                self._leave_robot_around(slot, config.shape, pos, quat)
             self.state.status[slot] = _AWAKE
             self.state.holder[slot] = -1
             self._is_shot[slot] = False

@@ -186,7 +186,7 @@ class RestingPlaces:
             counts.setflags(write=False)
 
     def _place_of(self, slot: int, quat: tuple[float, float, float, float]) -> int:
-        """Return the index of the first place that accepts a piece at the present pose, -1 if no place does."""
+        """Return the index of the first place that accepts a piece at its present pose; -1 without such a place."""
         state = self._pool.state
         kind, here = state.kind[slot], state.pos[slot][None]
         for number, place in enumerate(self.places):

@@ -166,7 +166,7 @@ class _Problem:
         ends, values, limits = [middle] * 2, [excess(middle)] * 2, [self.flattest, _STEEPEST]
         reach = math.radians(3.0)
         while ends != limits:
-            # The excess grows with the angle, so first try the direction in which its sign should change.
+            # The excess grows with the angle, so first try the direction in which the sign should change.
             for side in (0, 1) if values[1] > 0.0 else (1, 0):
                 if ends[side] != limits[side]:
                     end = min(max(ends[side] + (reach if side else -reach), self.flattest), _STEEPEST)

@@ -1,4 +1,4 @@
-"""Battery of a robot, and brown-outs and resets of the roboRIO."""
+"""Battery of a robot, and brownouts and resets of the roboRIO."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ __all__ = ["Battery", "BatteryConfig", "BrownoutLog"]
 
 _log = logging.getLogger(__name__)
 
-_SERIES = 5.0  # [s]; a brown-out within this time after the last one belongs to the same series
+_SERIES = 5.0  # [s]; a brownout within this time after the last one belongs to the same series
 _MOST = 3  # largest number of consumers in a message
 _LEAST = 1.0  # [A]; smallest current of a consumer in a message
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatteryConfig:
-    """Config of a lead-acid battery of 18 Ah with cables, and of the roboRIO's brown-out levels.
+    """Config of an 18 Ah lead-acid battery with cables, and of the roboRIO's brownout and reset thresholds.
 
-    The defaults are a good competition battery. 12.9 V charged and 11.7 V empty, after rest, are the usual values for
-    AGM batteries. The series resistance is the default of WPILib's `BatterySim`: 20 mohm, with a nominal 12 V.
+    The defaults describe a good competition battery. Open-circuit voltages of 12.9 V when charged and 11.7 V when
+    empty, both after a rest, are typical of AGM batteries. The series resistance of 20 mohm is the default of WPILib's
+    `BatterySim`, whose nominal voltage is 12 V.
     """
 
     full_voltage: float = 12.9
@@ -40,29 +41,31 @@ class BatteryConfig:
     recovery_time: float = 8.0
     """Time constant of the slow part of the voltage drop [s]; estimate, +-50 %: batteries recover within seconds."""
     capacity_ah: float = 12.0
-    """Charge available at match currents [A h]; the 18 Ah on the label are for a discharge over 20 hours."""
+    """Charge that the battery delivers at match currents [A h]. The 18 Ah on the label apply to a 20-hour discharge."""
     initial_charge: float = 1.0
     """State of charge at the start [0..1]."""
     brownout_voltage: float = 6.75
-    """Voltage below which the roboRIO disables outputs [V]. Motor controllers open their circuits at the next
-    heartbeat. The default is the value of a roboRIO 2, which software can change; a roboRIO 1 has 6.3 V."""
+    """Voltage below which the roboRIO browns out [V]. Motor controllers switch their outputs off at the next heartbeat.
+    The default is the factory setting of a roboRIO 2, which robot code can change; a roboRIO 1 has 6.3 V."""
     recovered_voltage: float = 7.5
     """Voltage above which the roboRIO enables outputs again [V]. Source: NI roboRIO user manual, table 2."""
     heartbeat: float = 0.020
-    """Period of the enable signal to motor controllers on CAN [s]. A voltage dip between two heartbeats has no effect;
-    outputs that a heartbeat has disabled stay off until the next heartbeat. Source: WPILib documentation, "FRC CAN
-    Device Specifications", and wpilib-docs #2308 (the roboRIO's flag is read back in a loop of 20 ms)."""
+    """Period of the enable signal to motor controllers on CAN [s]. A brownout that ends before the next heartbeat has
+    no effect. Outputs that a heartbeat disables stay off at least until the next heartbeat. Source: WPILib
+    documentation, "FRC CAN Device Specifications", and wpilib-docs #2308 (a loop of 20 ms reads the roboRIO's
+    brownout flag)."""
     reset_voltage: float = 4.5
-    """Voltage below which the roboRIO shuts down [V]; the roboRIO boots when the voltage has recovered. Source: NI
-    roboRIO user manual, table 2, stage 3."""
+    """Voltage below which the roboRIO shuts down after `reset_hold` [V]. The roboRIO reboots when the voltage is no
+    longer below this value. Source: NI roboRIO user manual, table 2, stage 3."""
     reset_hold: float = 0.015
-    """Time for which the roboRIO's capacitors bridge a voltage below `reset_voltage` [s]; estimate, +-50 %: no value is
-    published, and at events, robots with weak batteries often brown out but rarely reboot (Chief Delphi 144371)."""
+    """Time for which capacitors keep the roboRIO running at a voltage below `reset_voltage` [s]. Estimate, +-50 %: no
+    value is published. At events, robots with weak batteries often brown out but rarely reboot (Chief Delphi
+    144371)."""
     reboot_time: float = 25.0
-    """Time from the recovery of the voltage until robot code moves motors again [s]; estimate, 15 to 40 s, depending on
-    the size of the robot program."""
+    """Time from the recovery of the voltage until robot code can run motors again [s]; estimate, 15 to 40 s, depending
+    on the size of the robot program."""
     brownout_enabled: bool = True
-    """Whether low voltage disables outputs; False for motor tests without a roboRIO."""
+    """Whether low voltage causes brownouts and resets of the roboRIO; False for motor tests without a roboRIO."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -94,7 +97,7 @@ class BatteryConfig:
 
     @staticmethod
     def stiff(voltage: float = 12.0) -> BatteryConfig:
-        """Return the config of a supply whose voltage never drops, for motor data and tests."""
+        """Return the config of a supply with constant voltage [V] and without brownouts, for motor data and tests."""
         return BatteryConfig(
             full_voltage=voltage,
             empty_voltage=voltage,
@@ -105,13 +108,13 @@ class BatteryConfig:
 
 
 class Battery:
-    """State of a robot's battery.
+    """Battery of a robot, with the power states of the roboRIO and the motor controllers.
 
-    The open-circuit voltage falls with the charge drawn. A resistance and a slow RC element are in series (Thevenin
-    model), so the voltage recovers over a few seconds when the robot rests.
+    The open-circuit voltage falls with the charge drawn. A resistor and a slow RC element are in series with the
+    voltage source (Thevenin model), so the terminal voltage recovers over a few seconds while the robot rests.
 
-    An overloaded robot stutters with the heartbeat instead of stopping: motors stay on until a heartbeat reports the
-    low voltage, and then off until the next heartbeat, when the voltage has recovered. The model ignores cable
+    An overloaded robot stutters at the rate of the heartbeat instead of stopping. The motors stay on until a heartbeat
+    at low voltage, and then stay off until the next heartbeat at a recovered voltage. The model ignores cable
     inductance (2 uH) and the controllers' capacitors (some mF), which act for less than a millisecond.
 
     The loop steps the battery together with all motors of the robot (`simcore.loop.battery`).
@@ -126,9 +129,10 @@ class Battery:
         self.config = config or BatteryConfig()
         self._reported = 0, 0
         self.on_brownout: Callable[[], None] | None = None
-        """Callback after the start of a brown-out; `noted` holds voltage and current at the start."""
+        """Callback that `report` calls after the start of a brownout; None for no callback. `noted` holds the voltage
+        and current at the start."""
         self.on_reset: Callable[[], None] | None = None
-        """Callback after a shutdown of the roboRIO."""
+        """Callback that `report` calls after a shutdown of the roboRIO; None for no callback."""
         self.reset()
 
     @property
@@ -165,18 +169,24 @@ class Battery:
         return float(self.records[name][0])
 
     def reset(self) -> None:
-        """Swap in a rested battery at the initial charge; lowest voltage and event counts of the run are kept."""
+        """Swap in a rested battery at the initial charge, start a new tick, and report events.
+
+        The lowest voltage, the event counts and the off time of the run continue.
+        """
         self._set(charge=self.config.initial_charge)
         begin_battery(self.records, 0)
         self.begin_tick()
         self.report()
 
     def begin_tick(self) -> None:
-        """Start a new tick: set `tick_min_voltage` and `tick_browned_out` to the present state."""
+        """Start a new tick: set `tick_min_voltage` to `voltage` and `tick_browned_out` to `browned_out`."""
         self._set(tick_min_voltage=self.voltage, tick_was_off=self.browned_out)
 
     def report(self) -> None:
-        """Call `on_reset` and `on_brownout`, each at most once, for events since the last call of this method."""
+        """Call `on_reset` after a new reset and `on_brownout` after a new brownout, in this order.
+
+        An event is new if the event began after the last call of this method.
+        """
         before, self._reported = self._reported, (self.brownouts, self.resets)
         if self._reported[1] > before[1] and self.on_reset is not None:
             self.on_reset()
@@ -190,42 +200,42 @@ class Battery:
 
     @property
     def current(self) -> float:
-        """Current drawn in the last step [A]; negative while motors regenerate."""
+        """Net current drawn from the battery in the last step [A]; negative while the motors charge the battery."""
         return self._get("current")
 
     @property
     def noted(self) -> tuple[float, float]:
-        """Voltage and current at the start of the last brown-out or reset [V, A]."""
+        """Voltage and current at the start of the last brownout or reset [V, A]."""
         return self._get("noted_voltage"), self._get("noted_current")
 
     @property
     def min_voltage(self) -> float:
-        """Lowest voltage since the start of the run [V]."""
+        """Lowest terminal voltage since the start of the run [V]."""
         return self._get("min_voltage")
 
     @property
     def tick_min_voltage(self) -> float:
-        """Lowest voltage since the start of the tick [V]."""
+        """Lowest terminal voltage since the start of the tick [V]."""
         return self._get("tick_min_voltage")
 
     @property
     def browned_out(self) -> bool:
-        """Whether motor controller outputs are off, according to the last heartbeat."""
+        """Whether the last heartbeat disabled the motor controller outputs."""
         return bool(self.records["is_off"][0])
 
     @property
     def tick_browned_out(self) -> bool:
-        """Whether outputs were off at any time since the start of the tick."""
+        """Whether motor controller outputs were off at any time since the start of the tick."""
         return bool(self.records["tick_was_off"][0])
 
     @property
     def brownouts(self) -> int:
-        """Number of brown-outs since the start of the run."""
+        """Number of brownouts since the start of the run."""
         return int(self.records["brownouts"][0])
 
     @property
     def off_time(self) -> float:
-        """Total time with outputs off since the start of the run [s]."""
+        """Total time with motor controller outputs off since the start of the run [s]."""
         return self._get("off_time")
 
     @property
@@ -240,24 +250,26 @@ class Battery:
 
     @property
     def energy(self) -> float:
-        """Energy delivered at the terminals since the last reset [J]."""
+        """Energy delivered at the terminals since the last call of `reset` [J]."""
         return self._get("energy")
 
     @property
     def open_voltage(self) -> float:
-        """Voltage behind the series resistance [V]: terminal voltage right after a sudden removal of the load."""
+        """Open-circuit voltage minus the slow voltage drop [V]: terminal voltage right after a removal of the load."""
         return float(open_voltage(self.records, 0))
 
 
 class BrownoutLog:
-    """Log of brown-outs: one line with the largest consumers per series of brown-outs, and a count for the run.
+    """Log of the brownouts and roboRIO resets of one robot.
 
-    Every reset of the roboRIO has its own line.
+    Brownouts less than 5 s apart form a series. The log has one line per series, with the largest consumers, and one
+    line per reset. `log_total` adds the totals of the run.
 
     Args:
-        number: Number of the robot in messages.
-        battery: Battery to watch.
-        consumers: Supplier of the current of each consumer at the start of the last brown-out, by name [A].
+        number: Number of the robot, for messages.
+        battery: Battery of the robot; the log sets `on_brownout` and `on_reset` of the battery.
+        consumers: Function that returns the current of each consumer at the start of the last brownout or reset, by
+            name [A].
     """
 
     def __init__(self, number: int, battery: Battery, consumers: Callable[[], Mapping[str, float]]) -> None:
@@ -281,7 +293,7 @@ class BrownoutLog:
         return f"{volts:.1f} V with {amps:.0f} A" + (f", {named}" if named else "")
 
     def after_tick(self, time: float) -> None:
-        """Log a reset, and the start of a series of brown-outs, in the tick that ended at `time` [s]."""
+        """Log a reset and the start of a series of brownouts, if any, in the tick that ended at `time` [s]."""
         if self._reset:
             _log.warning(
                 "robot %d: roboRIO reset at %.1f s: %s; no motor runs for %.0f s",
@@ -292,17 +304,17 @@ class BrownoutLog:
             return
         if time - self._last >= _SERIES:
             _log.warning(
-                "robot %d: brown-out at %.1f s: %s; motors are off until %.1f V are back",
+                "robot %d: brownout at %.1f s: %s; motors are off until %.1f V are back",
                 *(self._number, time, self._first, self._battery.config.recovered_voltage),
             )
         self._first, self._last = "", time
 
     def log_total(self) -> None:
-        """Log brown-outs, resets, time without motors and lowest voltage of a run with at least one brown-out."""
+        """Log the numbers of brownouts and resets, the off time and the lowest voltage, if a brownout occurred."""
         battery = self._battery
         if battery.brownouts:
             resets = f", {battery.resets} resets of the roboRIO" if battery.resets else ""
             _log.warning(
-                "robot %d: %d brown-outs%s in this run, %.2f s without motors; lowest %.1f V",
+                "robot %d: %d brownouts%s in this run, %.2f s without motors; lowest %.1f V",
                 *(self._number, battery.brownouts, resets, battery.off_time, battery.min_voltage),
             )

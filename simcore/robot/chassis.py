@@ -1,6 +1,6 @@
 """Chassis of a robot in a world: mass, wheels, pose and velocity.
 
-The loop moves the chassis (`simcore.loop.robots`) by the forces of tires and contacts; no pose is prescribed.
+The loop (`simcore.loop.robots`) moves the chassis under tire forces, contact forces and external forces.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _FAR_BELOW = 5.0  # [m]; depth to which wheels search for ground
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroundClearance:
-    """Result of `ground_clearance`."""
+    """Gap between a robot's wheels and the ground, computed by `ground_clearance`."""
 
     height: float
     """Smallest gap between a wheel and the surface below [m]; slightly negative when a tire is compressed."""
@@ -51,12 +51,14 @@ class GroundClearance:
 def ground_clearance(
     wheel_points: FloatArray, surface_heights: FloatArray, *, tolerance: float = 0.01
 ) -> GroundClearance:
-    """Compute the smallest gap between a wheel and the ground, so that a robot tilted on a bump is not airborne.
+    """Compute the smallest gap between a wheel and the ground, and whether the robot is airborne.
+
+    A robot tilted on a bump is not airborne while a wheel touches the ground.
 
     Args:
         wheel_points: Lowest point of each wheel, field frame [m], shape (n, 3).
         surface_heights: Height of carpet, bump or ramp under each point, from a ray or a map [m], shape (n,).
-        tolerance: Gap below which a wheel counts as touching the ground [m].
+        tolerance: Largest gap at which a wheel counts as touching the ground [m].
 
     Raises:
         ConfigError: If there is no wheel or the shapes do not match.
@@ -81,13 +83,13 @@ _ZERO: Vector = (0.0, 0.0, 0.0)
 
 
 class ChassisSimulation:
-    """Body of a robot, moved by a drivetrain model or by external forces.
+    """Body of a robot in a world, moved by a drivetrain model, contacts and external forces.
 
     Args:
-        world: World that contains the robot.
-        config: Mass, shape and wheels.
+        world: World to which the constructor adds the robot.
+        config: Mass, shape and wheels of the robot.
         pose: Start pose, field frame [m, m, rad].
-        drivetrain: Model of motors and tires; None for free-rolling wheels and a body driven by `apply_forces`.
+        drivetrain: Model of motors and tires; None for free-rolling wheels and a body that only `apply_forces` drives.
         mechanisms: Mechanisms that draw current from the robot's battery.
         name: Name of the robot, for messages.
         mass: Mass distribution of the whole robot at the start; None for the mass distribution in `config`.
@@ -128,7 +130,7 @@ class ChassisSimulation:
         self.soles = np.array([(x, y, 0.0) for x, y in config.wheel_positions])
         """Lowest point of each wheel, robot frame [m], shape (n, 3)."""
         self.wheel_reach = max(math.hypot(x, y) for x, y in config.wheel_positions)
-        """Largest distance of a wheel from the robot's origin [m]."""
+        """Largest horizontal distance from the robot's origin to a wheel center [m]."""
         self._dynamics, self._number = world.robots, len(world.robot_rows) - 1
         self._dynamics.bind(self._number, drivetrain, mechanisms)
         lowered = () if drivetrain is None else drivetrain.robot.lowered
@@ -141,19 +143,22 @@ class ChassisSimulation:
         self._set_mass()
         world.set_pose(self.row, *self.standing(pose))
         self.pos: Vector = (0.0, 0.0, 0.0)
-        """Robot origin, the center of the robot at the height of the wheels' lowest points, field frame [m]."""
+        """Position of the robot's origin at the last `read`, field frame [m].
+
+        The origin is at the center of the robot, at the height of the lowest points of the wheels.
+        """
         self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
-        """Attitude, field frame, quaternion x, y, z, w."""
+        """Attitude at the last `read`: rotation from robot to field axes, quaternion x, y, z, w."""
         self.vel: Vector = (0.0, 0.0, 0.0)
-        """Velocity of the center of mass, field frame [m/s]."""
+        """Velocity of the center of mass at the last `read`, field frame [m/s]."""
         self.rate: Vector = (0.0, 0.0, 0.0)
-        """Angular velocity, field frame [rad/s]."""
+        """Angular velocity at the last `read`, field frame [rad/s]."""
         self.read()
 
     # --- driving ------------------------------------------------------------------------------------------------
 
     def apply_forces(self, force: Vector, torque: Vector = _ZERO) -> None:
-        """Apply a force [N] at the center of mass and a torque [N m], field frame, until the next call.
+        """Apply a force [N] at the center of mass and a torque [N m], both in field axes, until the next call.
 
         Raises:
             NonFiniteError: If a value is not finite; the old force and torque stay in effect.
@@ -164,11 +169,11 @@ class ChassisSimulation:
         request["force"], request["torque"] = force, torque
 
     def set_pose(self, x: float, y: float, yaw: float) -> None:
-        """Place the robot at rest on the drivable ground at a pose, field frame [m, m, rad].
+        """Place the robot at rest on the drivable ground, at a planar pose in the field frame [m, m, rad].
 
         Raises:
             NonFiniteError: If a value is not finite; the robot stays where it is.
-            ConfigError: If a value is outside any field; the robot stays where it is.
+            ConfigError: If a coordinate is too large for any field; the robot stays where it is.
         """
         self._require_finite("pose", (x, y, yaw))
         require_row(self.name, "pose", (x, y, yaw), POSE)
@@ -176,19 +181,19 @@ class ChassisSimulation:
         self.read()
 
     def set_mass(self, mass: MassDistribution, vel: Vector, rate: Vector) -> None:
-        """Change mass distribution and velocity between two steps; the pose of the body stays.
+        """Set the mass distribution and the velocity between two steps, without a change of the pose.
 
         Args:
-            mass: New mass distribution.
-            vel: Velocity of the new center of mass, field frame [m/s].
-            rate: Angular velocity, field frame [rad/s].
+            mass: New mass distribution of the whole robot.
+            vel: New velocity, at the new center of mass, field frame [m/s].
+            rate: New angular velocity, field frame [rad/s].
         """
         self.distribution, self.vel, self.rate = mass, vel, rate
         self._set_mass()
         self._world.set_velocity(self.row, vel, rate)
 
     def _set_mass(self) -> None:
-        """Pass the robot's mass distribution to the loop and the drivetrain."""
+        """Pass the robot's mass distribution and the static wheel loads to the loop and the drivetrain."""
         mass, center, inertia = self.distribution
         if self._drivetrain is not None:
             self._drivetrain.set_mass_properties(mass, inertia[2], center)
@@ -206,7 +211,7 @@ class ChassisSimulation:
         return self._dynamics.robots[self._number]
 
     def read(self) -> None:
-        """Read pose and velocity from the loop."""
+        """Update `pos`, `quat`, `vel` and `rate` from the robot's body in the arrays of the loop."""
         body = self._world.bodies.of(self.row)
         self.pos, self.quat = tuple(body["pos"][0].tolist()), tuple(body["quat"][0].tolist())
         self.vel, self.rate = tuple(body["vel"][0].tolist()), tuple(body["rate"][0].tolist())
@@ -216,14 +221,14 @@ class ChassisSimulation:
 
     @property
     def normal_loads(self) -> list[float]:
-        """Mean normal force on each wheel in the last sub-step [N]; zeros without a drivetrain."""
+        """Mean normal force on each wheel in the last call of the loop [N]; zeros without a drivetrain."""
         if self._drivetrain is None:
             return [0.0] * len(self.config.wheel_positions)
         return self._drivetrain.normal_loads
 
     @property
     def touching(self) -> list[bool]:
-        """Whether each wheel is within 4 mm of the ground."""
+        """Whether each wheel is less than 4 mm above the ground, one value per wheel."""
         gaps = self._dynamics.wheel_gaps(self._number, len(self.config.wheel_positions))
         return [gap < _CONTACT_GAP for gap in gaps]
 
@@ -244,7 +249,7 @@ class ChassisSimulation:
 
     @property
     def ground_velocity(self) -> tuple[float, float, float]:
-        """Velocity of the point on the carpet under the center of mass, robot frame [m/s, m/s, rad/s]."""
+        """Velocity of the body at floor height below the center of mass, and yaw rate, robot axes [m/s, m/s, rad/s]."""
         vx, vy, _ = rotate_back(self.quat, self.vel)
         wx, wy, wz = rotate_back(self.quat, self.rate)
         height = self.distribution.center[2]
@@ -256,7 +261,13 @@ class ChassisSimulation:
         return math.hypot(*self.origin_velocity) + abs(self.rate[2]) * self._half_diagonal
 
     def reach(self, dt: float) -> float:
-        """Return the radius of a circle around the origin that the bumpers cannot leave within dt [s], in plan [m]."""
+        """Return the radius [m], in plan view, around the present origin within which the bumpers stay for `dt`.
+
+        The method assumes the present speed.
+
+        Args:
+            dt: Duration from now [s].
+        """
         return self._half_diagonal + dt * self.speed
 
     @property
@@ -269,20 +280,25 @@ class ChassisSimulation:
 
     @property
     def footprint(self) -> tuple[float, float, float, float, float, float]:
-        """Pose x, y, yaw [m, m, rad], half length and half width of the bumpers [m], and `speed` [m/s]."""
+        """Planar pose in the field frame [m, m, rad], half length and half width of the bumpers [m], `speed` [m/s]."""
         x, y, yaw = self.pose
         return x, y, yaw, self.config.bumper_length / 2, self.config.bumper_width / 2, self.speed
 
     def standing(self, pose: Vector) -> tuple[Vector, Quaternion]:
-        """Return the position of the origin [m] and the attitude of the robot when it stands at a pose [m, m, rad]."""
+        """Return the position of the origin [m] and the attitude of the robot at rest on the ground at a planar pose.
+
+        Args:
+            pose: Planar pose, field frame [m, m, rad].
+        """
         return self._world.standing(self._number, pose)
 
     def wheel_ground(self) -> tuple[FloatArray, FloatArray]:
         """Return the lowest point of each wheel and the ground height under each wheel.
 
         Returns:
-            Lowest point of each wheel, field frame [m], shape (n, 3), and height of the drivable surface vertically
-            below [m], shape (n,); without ground, the height is 5 m below the wheel's axle.
+            Lowest point of each wheel, field frame [m], shape (n, 3), and height of the drivable ground below each
+            axle, field frame [m], shape (n,). Without ground within 5 m below an axle, the height is that of the axle
+            minus 5 m.
         """
         soles = self.soles @ matrix(self.quat).T + self.pos
         if self._world.is_flat(self.pos[0], self.pos[1], self.wheel_reach):

@@ -1,9 +1,9 @@
 """Robot as a rigid body: shape, mass, center of mass, inertia and moving masses.
 
-Mass, center of mass and inertia in a robot's config are those of the whole robot at the start, without game pieces. The
-body is the robot without its moving masses. Moving masses and held pieces are point masses: the inertia of moving
-masses about their own centers stays with the body; the inertia of pieces about their own centers is ignored
-(0.02 kg m^2 for 50 balls of 0.215 kg).
+The mass, center of mass and moments of inertia in a robot's config apply to the whole robot at the start, without game
+pieces. The body is the robot without moving masses. Moving masses and held pieces are point masses. The body keeps the
+moment of inertia of each moving mass about the center of this mass. The model ignores the moment of inertia of each
+piece about the center of the piece (0.02 kg m^2 for 50 balls of 0.215 kg).
 """
 
 from __future__ import annotations
@@ -59,7 +59,10 @@ class MovingMass:
 
 
 class MassDistribution(NamedTuple):
-    """Mass properties of a rigid body in the robot frame: x forward, y left, z up from the floor under the center."""
+    """Mass properties of a rigid body in the robot frame.
+
+    The axes are x forward, y left and z up. The origin is on the floor, below the center of the robot.
+    """
 
     mass: float
     """Mass [kg]."""
@@ -68,7 +71,7 @@ class MassDistribution(NamedTuple):
     inertia: Vector
     """Moments of inertia about the axes through the center of mass parallel to the robot axes [kg m^2].
 
-    Products of inertia are ignored: the wheels limit roll and pitch, and yaw does not depend on these products.
+    The model ignores products of inertia: the wheels limit roll and pitch, and products of inertia do not affect yaw.
     """
 
 
@@ -103,13 +106,13 @@ def with_points(body: MassDistribution, points: Iterable[PointMass]) -> MassDist
 BUMPER_STIFFNESS = 1e6
 """Contact stiffness of bumpers: force per depth and per length of contact [N/m^2]; estimate, within a factor of 2.
 
-The value is E x height / thickness of pool noodles of 2.5 in (0.0635 m), 5 in (0.127 m) tall, on rigid plywood, with
-Young's modulus of polyethylene foam, about 0.5 MPa. The bumpers yield 1 mm when a robot pushes a wall with full
-traction, and 11 mm in a flat impact on the wall at 3 m/s.
+The value is E x height / thickness for pool noodles 2.5 in (0.0635 m) thick and together 5 in (0.127 m) high, on rigid
+plywood. Young's modulus E of polyethylene foam is about 0.5 MPa. The bumpers compress by 1 mm when a robot pushes
+against a wall with full traction, and by 11 mm in a flat impact on a wall at 3 m/s.
 """
 FRAME_STIFFNESS = 4e6
-"""Contact stiffness of the frame above the bumpers, aluminum tubes and mounted parts [N/m^2]; estimate, within a factor
-of 3."""
+"""Contact stiffness of the frame above the bumpers, with aluminum tubes and mounted parts [N/m^2]; estimate, within a
+factor of 3."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,7 +120,7 @@ class ChassisConfig:
     """Mass, shape and wheels of a robot; the defaults describe a 55 kg robot with bumpers of 0.8 x 0.8 m."""
 
     mass: float = 55.0
-    """Mass with bumpers and battery [kg]."""
+    """Mass of the robot with bumpers and battery [kg]."""
     bumper_length: float = 0.8
     """Length over the bumpers, along x [m]."""
     bumper_width: float = 0.8
@@ -127,16 +130,18 @@ class ChassisConfig:
     bumper_top: float = 0.25
     """Height of the upper edge of the bumpers above the carpet [m]."""
     height: float = 0.5
-    """Height of the robot above the carpet [m]."""
+    """Height of the top of the frame above the carpet [m]."""
     bumper_thickness: float = 0.085
-    """Distance from the outside of the bumpers to the frame [m]: 3.25 in of noodle and wood, 2026 manual R4xx."""
+    """Distance from the outside of the bumpers to the frame [m]. The 2026 manual, R4xx, has 3.25 in of noodle and
+    plywood."""
     bay: tuple[float, float] | None = None
     """Depth and width of an opening in the back of bumpers and frame, for example for a climber [m]; None for a closed
     back."""
     center_of_mass_height: float = 0.2
     """Height of the center of mass above the carpet [m]."""
     yaw_inertia: float | None = None
-    """Yaw moment of inertia about the center of mass [kg m^2]; None for a uniform plate of the bumpers' size."""
+    """Yaw moment of inertia about the center of mass [kg m^2]; None for the value of a uniform plate with the size of
+    the bumpers."""
     wheel_positions: tuple[tuple[float, float], ...] = (
         (0.2667, 0.2667),
         (0.2667, -0.2667),
@@ -149,7 +154,8 @@ class ChassisConfig:
     friction: float = RUBBER.friction
     """Coefficient of friction of treads on carpet, used without a drivetrain model [-]."""
     surface: TerrainSurface = BUMPER
-    """Surface of the robot's outside in contacts with game pieces."""
+    """Contact properties of bumpers and frame against game pieces. Contacts with walls and robots use only the
+    restitution factor."""
     bumper_friction: float = BUMPER_CLOTH
     """Friction factor of the bumper fabric against walls and robots [-]."""
 
@@ -193,7 +199,7 @@ class ChassisConfig:
 
     @classmethod
     def around(cls, drivetrain: SwerveConfig | FixedWheelConfig, *, bumper: tuple[float, float]) -> ChassisConfig:
-        """Return a chassis config with the mass and wheels of a drivetrain; other fields keep their defaults.
+        """Return a chassis config with the mass properties and wheels of a drivetrain; other fields have defaults.
 
         Args:
             drivetrain: Drivetrain of the robot.
@@ -215,14 +221,17 @@ class ChassisConfig:
 
     @property
     def inertia(self) -> Vector:
-        """Moments of inertia of a uniform box about the center of mass, with `yaw_inertia` if given [kg m^2]."""
+        """Moments of inertia of a uniform box of the robot's size about the center of mass [kg m^2].
+
+        The moment of inertia about z is `yaw_inertia` instead, if given.
+        """
         a, b, c, m = self.bumper_length, self.bumper_width, self.height, self.mass
         yaw = self.yaw_inertia if self.yaw_inertia is not None else m * (a * a + b * b) / 12.0
         return (m * (b * b + c * c) / 12.0, m * (a * a + c * c) / 12.0, yaw)
 
     @property
     def shape(self) -> Compound:
-        """Collision shape with its origin on the carpet: boxes for bumpers and frame, spheres for wheels."""
+        """Collision shape in the robot frame: boxes for bumpers and frame, spheres for wheels."""
         return _shape(self)
 
     @property
@@ -246,11 +255,14 @@ class ChassisConfig:
 
     @property
     def points(self) -> tuple[Vector, ...]:
-        """Contact points of bumpers and frame with the field: centers of spheres of 10 mm radius [m]."""
+        """Contact points of bumpers and frame with the field: centers of spheres of 10 mm radius, robot frame [m]."""
         return _points(self)
 
     def around_bay(self, length: float, width: float, top: float) -> list[Part]:
-        """Return a box from the ground clearance up to `top` [m]; with a bay, three boxes around the bay."""
+        """Return a box of the given length and width from the ground clearance to the height `top` [m].
+
+        Return three boxes around the bay instead, if the robot has a bay.
+        """
         z, tall = 0.5 * (top + self.clearance), top - self.clearance
         if self.bay is None:
             return [Part(Box((length, width, tall)), (0.0, 0.0, z))]
@@ -265,7 +277,7 @@ class ChassisConfig:
 
     @property
     def traction_radius(self) -> float:
-        """Mean distance of the wheels from the robot center, the lever arm of traction against yaw [m]."""
+        """Mean distance from the robot center to the wheels [m]: the lever arm of traction in yaw."""
         return plain_sum(math.hypot(x, y) for x, y in self.wheel_positions) / len(self.wheel_positions)
 
 
@@ -284,7 +296,11 @@ _BALL = 0.01  # [m]
 
 @lru_cache(maxsize=64)
 def _points(config: ChassisConfig) -> tuple[Vector, ...]:
-    """Return the corners and side midpoints of bumpers and frame at three heights, except points in the bay."""
+    """Return the value of `ChassisConfig.points`: corners and side midpoints of bumpers and frame.
+
+    The points are at three heights: bottom and top of the bumpers, and top of the frame. Points in the bay are left
+    out.
+    """
     found: dict[Vector, None] = {}
     half_x, half_y = 0.5 * config.bumper_length - _BALL, 0.5 * config.bumper_width - _BALL
     inset, bay = config.bumper_thickness, config.bay

@@ -25,22 +25,22 @@ __all__ = ["Climber", "ClimberConfig", "Rung"]
 _STIFFNESS = 60_000.0  # [N/m]; estimate, +-50 %: a hook arm of aluminum bends about 1 cm under a robot's weight
 _DAMPING = 2_500.0  # [N s/m]; estimate: the robot comes to rest within a few tenths of a second
 _GRIP = 0.3  # [-]; coefficient of friction of a hook along a rung, steel on aluminum
-_SPREAD = 3.0  # [m]; largest distance of a hook from the center of its robot, in plan
-_FAR = 0.5  # [m]; a hook farther than this plus its reach from all rungs cannot touch one in the next sub-step
+_SPREAD = 3.0  # [m]; largest horizontal distance of a hook from the center of the robot
+_FAR = 0.5  # [m]; a hook farther than `reach` + 0.5 m from all rungs cannot engage a rung in the next sub-step
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rung:
-    """Straight bar on the field for climbers."""
+    """Straight bar on the field on which climbers can hang."""
 
     name: str
     start: Vector
-    """First end of the rung, field frame [m]."""
+    """Position of the first end of the rung, field frame [m]."""
     end: Vector
-    """Second end of the rung, field frame [m]."""
+    """Position of the second end of the rung, field frame [m]."""
     mount: str = ""
-    """Name of the hanging body that carries the rung, with `start` and `end` given for the body at rest; empty for a
-    fixed rung."""
+    """Name of the hanging body to which the rung is fixed; empty for a rung fixed to the field. `start` and `end` apply
+    to the body at rest."""
     alliance: Alliance | None = None
     """Alliance that owns the rung; None for a neutral rung."""
 
@@ -60,14 +60,15 @@ class Rung:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClimberConfig:
-    """Config of a climber: a hook and the joints that move it."""
+    """Config of a climber: a hook, and the joints that move the hook."""
 
     joints: tuple[Joint, ...]
     """Joints from the robot to the hook; the last joint lifts the robot."""
     offset: Vector = (0.0, 0.0, 0.0)
-    """Inside of the hook in the frame after the last joint [m]."""
+    """Position of the inside of the hook, in the frame after the last joint [m]."""
     reach: float = 0.04
-    """Largest distance between rung and inside of the hook at which the hook engages, half the hook's opening [m]."""
+    """Largest distance between a rung and the inside of the hook at which the hook engages [m]: half of the hook's
+    opening."""
 
     def __post_init__(self) -> None:
         require_fields(self, offset=(ROBOT_PLACE,) * 3, reach=ROBOT_LENGTH)
@@ -81,14 +82,17 @@ class ClimberConfig:
 
 
 class Climber:
-    """Climber of a robot.
+    """Climber of a robot: contact state of the hook, and forces between hook and rung.
 
     Args:
         config: Config of the climber.
         mechanisms: Mechanisms of the robot, by name.
         chassis: Chassis of the robot.
-        rungs: Rungs that the climber can hang on.
-        mounts: Hanging bodies that carry rungs, by name.
+        rungs: Rungs on which the climber can hang.
+        mounts: Hanging bodies with rungs, by name.
+
+    Raises:
+        UnknownNameError: If the config names a mechanism that the robot does not have.
     """
 
     def __init__(
@@ -110,10 +114,10 @@ class Climber:
             axes = list(zip(*self._reached(rung), strict=True))
             self._boxes.append((rung, [min(axis) - far for axis in axes], [max(axis) + far for axis in axes]))
         self.rung: Rung | None = None
-        """Rung that the hook hangs on; None if it hangs on no rung."""
+        """Rung on which the hook hangs; None while the hook is free."""
 
     def _reached(self, rung: Rung) -> list[Vector]:
-        """Return two opposite corners of the region that a swinging rung can reach, field frame [m]."""
+        """Return two opposite corners of the box that contains all positions of a rung, field frame [m]."""
         mount = self._mounts.get(rung.mount)
         if mount is None:
             return [rung.start, rung.end]
@@ -123,7 +127,10 @@ class Climber:
 
     @property
     def is_near(self) -> bool:
-        """Whether the hook is on a rung or could engage a rung in the next sub-step; if not, `push` can be skipped."""
+        """Whether the hook hangs on a rung or could engage a rung in the next sub-step.
+
+        If False, the caller can skip `push`.
+        """
         if self.rung is not None:
             return True
         c = self._chassis
@@ -138,13 +145,16 @@ class Climber:
         return any([_is_inside(hook, low, high) for _, low, high in self._boxes])
 
     def push(self, h: float) -> tuple[Vector, Vector]:
-        """Engage or release a rung, load mechanism and rung, and return the wrench on the robot for the next sub-step.
+        """Engage or release a rung, and compute the force of the rung on the hook for the next sub-step.
+
+        The method also applies the force to the mechanism of the last joint as a load torque, and applies the reaction
+        force to a swinging rung.
 
         Args:
             h: Length of the sub-step [s].
 
         Returns:
-            Force [N] and torque about the center of mass [N m], field frame.
+            Force on the robot [N], and torque about the center of mass [N m], field frame.
         """
         c = self._chassis
         state = part_state(self.config.joints, self._mechanisms, self.config.offset)
@@ -163,7 +173,7 @@ class Climber:
         return force, (ly * fz - lz * fy, lz * fx - lx * fz, lx * fy - ly * fx)
 
     def _nearest(self, rung: Rung, hook: Vector) -> Vector:
-        """Return the point on a rung nearest to the hook [m]."""
+        """Return the point on a rung at its current position that is nearest to the hook, field frame [m]."""
         mount = self._mounts.get(rung.mount)
         return rung.nearest(hook) if mount is None else mount.from_rest(rung.nearest(mount.to_rest(hook)))
 
@@ -207,7 +217,12 @@ class Climber:
         return fx, fy, up
 
     def _load(self, force: Vector, hook: Vector) -> None:
-        """Apply a force on the hook, robot frame [N], as load torque on the mechanism of the last joint."""
+        """Set the load torque on the last joint's mechanism from a force on the hook.
+
+        Args:
+            force: Force on the hook, robot axes [N].
+            hook: Position of the hook, robot frame [m].
+        """
         joint = self.config.joints[-1]
         frame = part_state(self.config.joints[:-1], self._mechanisms, joint.origin)
         ax, ay, az = rotate(frame.quat, joint.axis)
@@ -221,6 +236,6 @@ class Climber:
 
 
 def _is_inside(place: Sequence[float], low: Sequence[float], high: Sequence[float]) -> bool:
-    """Return whether a point is inside a box [m]."""
+    """Return whether a point is inside the box between the corners `low` and `high` [m]."""
     (x, y, z), (ax, ay, az), (bx, by, bz) = place, low, high
     return ax < x < bx and ay < y < by and az < z < bz

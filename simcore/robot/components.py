@@ -1,4 +1,4 @@
-"""Poses of the moving parts of all robots, computed together from the records of the loop."""
+"""Poses of the moving parts of all robots, computed in one compiled call from the mechanism positions in the loop."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["Components", "carried"]
 _f = np.float64
 _JOINT = np.dtype(
     [
-        ("shaft", np.int64),  # row of the mechanism among the shafts of the loop
+        ("shaft", np.int64),  # index of the mechanism's shaft in the arrays of the loop
         ("axis", _f, (3,)),
         ("origin", _f, (3,)),  # [m]
         ("slides", np.uint8),
@@ -33,11 +33,11 @@ _JOINT = np.dtype(
 
 
 class Components:
-    """Moving parts of all robots, in the order of `RobotConfig.components`.
+    """Poses of the moving parts of all robots, in the order of `RobotConfig.components`.
 
     Args:
         robots: All robots.
-        shaft_of: Row of each mechanism among the shafts of the loop, by the `id` of the mechanism object.
+        shaft_of: Index of each mechanism's shaft in the arrays of the loop, by the `id` of the mechanism object.
     """
 
     def __init__(self, robots: Sequence[Robot], shaft_of: Mapping[int, int]) -> None:
@@ -66,9 +66,10 @@ class Components:
         self._views: list[FloatArray] = [self._rows[span] for span in self._spans]
 
     def poses(self, shafts: Records) -> list[FloatArray]:
-        """Return the poses of the moving parts, one read-only array per robot, robot frame, shape (n, 7) each.
+        """Return the poses of the moving parts in the robot frame: a read-only array of shape (n, 7) per robot.
 
-        Rows are `x, y, z, qw, qx, qy, qz`. The array of a robot stays the same object while no part of the robot moves.
+        A row is `x, y, z, qw, qx, qy, qz` [m, -]. The method returns the same array object for a robot until a part of
+        the robot moves.
 
         Args:
             shafts: Records of all robots' shafts.
@@ -88,7 +89,7 @@ def carried(rows: FloatArray, owners: IntArray, places: FloatArray) -> FloatArra
 
     Args:
         rows: Pose of each piece in the frame of the robot that holds it, shape (n, 7).
-        owners: Number of the robot that holds each piece, shape (n,).
+        owners: Index of the robot that holds each piece, shape (n,).
         places: Poses of the robots, field frame, shape (m, 7).
     """
     found = np.empty_like(rows)
@@ -114,9 +115,9 @@ def _place(
     shafts: Records, joints: Records, chains: IntArray, parts: IntArray, offsets: FloatArray,
     before: FloatArray, rows: FloatArray, moved: npt.NDArray[np.uint8],
 ) -> None:  # fmt: skip
-    """Write the pose of each part to `rows`, and whether the part has moved to `moved`.
+    """Write the pose of each part to `rows`, and write to `moved` whether the pose differs from that in `before`.
 
-    The pose follows the part's chain of joints, as in `simcore.world.linkage.part_pose`.
+    The pose results from the chain of joints, as in `simcore.world.linkage.part_pose`.
     """
     last = -1
     x = y = z = 0.0

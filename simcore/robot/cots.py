@@ -1,7 +1,7 @@
 """COTS swerve modules and wheel treads, by name.
 
-Source: `COTS` table of MapleSim 0.4, with ratios from the vendors' pages and tread coefficients from tests by Spectrum
-3847 on carpet. Steer inertia, efficiency and friction are the defaults of `SwerveModuleConfig`.
+Source: `COTS` table of MapleSim 0.4. The gear ratios are from the vendors' pages. The coefficients of friction are from
+tests on carpet by team 3847, Spectrum. Steer inertia, efficiency and friction are the defaults of `SwerveModuleConfig`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class SwerveModuleType:
     drive_gearings: tuple[float, ...]
     """Available drive gear ratios, from slowest to fastest [-]."""
     steer_gearing: float
-    """Rotor turns per turn of the module [-]."""
+    """Turns of the steer motor's rotor per turn of the module [-]."""
     wheel_radius: float = inches(2.0)
     """Radius of the wheel with a new tread [m]."""
 
@@ -51,7 +51,7 @@ _ROWS = (
     _row("Thrifty Swerve", (6.75, 6.23, 6.00, 5.79, 5.54, 5.14), 25.0),
 )
 MODULES: dict[str, SwerveModuleType] = {m.name: m for m in _ROWS}
-"""Products by name.
+"""Swerve module types by product name.
 
 WCP publishes no final drive ratios for the first SwerveX (steer ratio 11.3142), so this table does not contain the
 first SwerveX.
@@ -64,14 +64,14 @@ TREADS = {
     "VEX Grip V2": 1.916,
     "TPU": 2.106,
 }
-"""Coefficient of friction on carpet by tread [-]."""
+"""Coefficient of friction of each tread on carpet, by name [-]."""
 
 
 def tread(name: str) -> float:
-    """Look up the coefficient of friction of a tread [-].
+    """Look up the coefficient of friction of a tread on carpet [-].
 
     Raises:
-        UnknownNameError: If no tread has this name; the message lists the nearest names.
+        UnknownNameError: If no tread has this name; the message suggests similar names.
     """
     if name not in TREADS:
         raise UnknownNameError("tread", name, TREADS)
@@ -96,7 +96,7 @@ def swerve_module(
 
     Args:
         name: Product name, a key of `MODULES`.
-        gearing: Drive gear ratio, within 1 % of one of the product's ratios (6.75, or L2's exact 6.746) [-].
+        gearing: Drive gear ratio, within 1 % of one of the product's ratios [-]; for L2, 6.75 or the exact 6.746.
         drive_motor: Drive motor; None for a Kraken X60.
         steer_motor: Steer motor; None for a Kraken X60.
         wheel_cof: Coefficient of friction of the wheels on carpet [-]; see `tread`.

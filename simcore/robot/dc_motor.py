@@ -45,14 +45,20 @@ _DATA = {
     "Romi built-in": (0.1765, 1.25, 0.13, 150.0),
     "Vex 775pro": (0.71, 134.0, 0.7, 18730.0),
 }
-"""Datasheet values at 12 V, for the Romi motor at 4.5 V, by product name. Source: WPILib's `DCMotor`, 2026."""
+"""Datasheet values by product name, at 4.5 V for the Romi motor and at 12 V for the others.
+
+Source: WPILib's `DCMotor`, 2026.
+"""
 _ROMI_VOLTS = 4.5
 
 MOTOR_NAMES = tuple(_DATA)
 """Product names of the motors in WPILib's `DCMotor`."""
 
 _DEFAULT_ROTOR_INERTIA = 4.5e-5
-"""Moment of inertia of the rotor of a brushless motor such as Kraken X60, Falcon or NEO [kg m^2]; estimate, +-50 %."""
+"""Moment of inertia of the rotor of a brushless motor, such as a Kraken X60, a Falcon or a NEO [kg m^2].
+
+Estimate, +-50 %.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,10 +84,10 @@ class MotorModel:
     rotor_inertia: float = _DEFAULT_ROTOR_INERTIA
     """Moment of inertia of the rotor about the motor axis [kg m^2]."""
     supply_resistance: float = 0.0
-    """Resistance of supply and leads in the vendor's measurement, part of `nominal_voltage / stall_current` [ohm]. This
-    resistance acts only at full duty cycle; at a lower duty cycle and at a current limit the controller compensates for
-    the resistance, so that the torque per volt is higher. 0 unless the vendor has published stall data below the
-    nominal voltage."""
+    """Resistance of supply and leads in the vendor's stall test, a part of `nominal_voltage / stall_current` [ohm]. The
+    resistance acts only at full duty cycle. At a lower duty cycle or at a current limit, the controller compensates for
+    the resistance, which gives more torque per volt. The value is 0 unless the vendor also published stall data below
+    the nominal voltage."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -125,7 +131,10 @@ class MotorModel:
         return self.free_speed / (self.nominal_voltage - self.resistance * self.free_current)
 
     def varied(self, *, kt: float, resistance: float) -> MotorModel:
-        """Return a copy with other magnets or another winding temperature, and an unchanged friction torque.
+        """Return a copy with a scaled torque constant and a scaled resistance.
+
+        Magnet strength affects the torque constant, and winding temperature affects the resistance. The friction
+        torque, kt times the free current, does not change.
 
         Args:
             kt: Factor on torque per current and on back-EMF per speed [-].
@@ -150,7 +159,7 @@ class MotorModel:
 
 
 def motor(name: str) -> MotorModel:
-    """Look up a motor by name, ignoring case, spaces, dots and dashes.
+    """Look up a motor by name; upper and lower case, spaces and punctuation do not matter.
 
     >>> round(motor("Kraken X60").stall_torque, 2)
     7.09
@@ -158,7 +167,7 @@ def motor(name: str) -> MotorModel:
     True
 
     Raises:
-        UnknownNameError: If WPILib has no motor with this name; the message lists the nearest names.
+        UnknownNameError: If WPILib has no motor with this name; the message suggests similar names.
     """
     wanted = _plain(name)
     for known in MOTOR_NAMES:
@@ -192,14 +201,14 @@ _SPARK_LIMITS = (80.0, math.inf)
 def controller_limits(
     model: MotorModel, stator: float | None = None, supply: float | None = None
 ) -> tuple[float, float]:
-    """Return the stator and supply current limit [A]: `stator` and `supply`, or the factory default for None.
+    """Return the stator and supply current limits of a motor [A]: the arguments, or the factory defaults for None.
 
-    A TalonFX or TalonFXS limits a Kraken, Falcon or Minion to 120 A and 70 A, a SPARK limits a NEO or Vortex to 80 A.
-    Other motors, mostly brushed motors with a PWM controller, are limited only by a 40 A breaker, which takes seconds
-    to trip.
+    By default, a TalonFX or TalonFXS limits the stator current of a Kraken, Falcon or Minion to 120 A and the supply
+    current to 70 A. A SPARK limits the stator current of a NEO, NEO 550 or NEO Vortex to 80 A. Other motors have no
+    limit: most are brushed motors with a PWM controller and a 40 A breaker, which takes seconds to trip.
 
-    Source: defaults of CurrentLimitsConfigs in Phoenix 6, 2025 and 2026 (without the drop of the supply limit to 40 A
-    after a second at 70 A); default smart current limit of REV's SPARK MAX and Flex.
+    Source: defaults of CurrentLimitsConfigs in Phoenix 6, 2025 and 2026 (without the reduction of the supply limit to
+    40 A after a second at 70 A); default smart current limit of REV's SPARK MAX and SPARK Flex.
 
     >>> controller_limits(motor("Kraken X60")), controller_limits(motor("NEO")), controller_limits(motor("CIM"))
     ((120.0, 70.0), (80.0, inf), (inf, inf))

@@ -41,20 +41,22 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
     rolling_resistance: float = 0.015
     """Coefficient of rolling resistance [-]; estimate for carpet and chains, +-50 %."""
     friction_volts: float = 0.25
-    """Smallest voltage that turns a free shaft [V]; see `SwerveModuleConfig.drive_friction_volts`."""
+    """Smallest motor voltage that turns a shaft with the wheels off the ground [V]; see
+    `SwerveModuleConfig.drive_friction_volts`."""
     efficiency: float = 0.90
-    """Efficiency of gearbox and chains, in both directions [-]."""
+    """Efficiency of gearbox and chains, for driving and for back-driving [-]."""
     free_speed_share: float | None = None
     """Ratio of actual to datasheet free speed of the motors [-]; None for the default of `speed_share`."""
     stator_limit: float | None = None
     """Stator current limit per motor [A]; None for the controller's factory default (`controller_limits`), `math.inf`
     for no limit."""
     supply_limit: float | None = None
-    """Supply current limit per motor, drawing and regenerating [A]; None and `math.inf` as for `stator_limit`."""
+    """Supply current limit per motor, drawing and regenerating [A]; None for the controller's factory default,
+    `math.inf` for no limit."""
     brake: bool = True
     """Whether the motors brake (short circuit) in neutral, instead of coasting (open circuit)."""
     kp: float = 1.0
-    """Proportional gain of the on-board velocity loop [V per m/s]; feed-forward follows from the motor."""
+    """Proportional gain of the on-board velocity loop [V per m/s]; the feed-forward gain follows from the motor."""
     mass: float = 50.0
     """Mass of the robot [kg]."""
     yaw_inertia: float = 5.3
@@ -64,7 +66,7 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
         self.require_robot("fixed wheels")
 
     def require_robot(self, owner: str) -> None:
-        """Validate the fields of wheels, motors and robot, and compute `positions`; error messages name `owner`."""
+        """Validate the fields of wheels, motors and robot, and compute `positions`; error messages contain `owner`."""
         self.require_wheel(owner)
         require_fields(
             self,
@@ -99,16 +101,21 @@ class FixedWheelConfig(WheelConfig, DrivetrainConfig):
     def speed_share(self) -> float:
         """Ratio of actual to datasheet free speed [-]: `free_speed_share` if given, otherwise 1 or .885.
 
-        The default is .885 for motors with `kt * kv` above 1.1 such as the NEO, whose stall torque and free speed in
-        the datasheet are not both possible (`MotorModel`): a kit chassis with four NEOs reached .87 to .89 in a
-        measurement. A tank drive with Falcons reached the datasheet speed.
+        The default is .885 for motors with `kt * kv` above 1.1, such as the NEO. The stall torque and the free speed in
+        the datasheets of these motors contradict each other; see `MotorModel`. In a measurement, a kit chassis with
+        four NEOs reached .87 to .89 of the datasheet speed. A tank drive with Falcons reached the datasheet speed.
         """
         if self.free_speed_share is not None:
             return self.free_speed_share
         return _CONTRADICTED if self.motor.kt * self.motor.kv > 1.1 else 1.0
 
     def shaft_inertia(self, wheels: int, motors: int) -> float:
-        """Return the moment of inertia of a shaft with wheels and geared motor rotors, about the axle [kg m^2]."""
+        """Return the moment of inertia about the axle of a drive shaft [kg m^2].
+
+        Args:
+            wheels: Number of wheels on the shaft.
+            motors: Number of motors on the shaft; each rotor turns `gearing` times as fast as the shaft.
+        """
         return wheels * self.wheel_inertia + motors * self.motor.rotor_inertia * self.gearing**2
 
 
@@ -122,19 +129,21 @@ class TankConfig(FixedWheelConfig):
     wheel_xs: tuple[float, ...] = (0.28, 0.0, -0.28)
     """x coordinates of the wheels on one side, forward of the robot center [m]."""
     dropped_center: bool = True
-    """Whether the inner wheels of a row of three or more are lower, by about 3 mm in a kit chassis. The robot then
-    stands on the inner wheels and on one end, so that the robot turns without scrubbing both ends."""
+    """Whether the inner wheels of each side are lower than the outer wheels, by about 3 mm in a kit chassis; no effect
+    with fewer than three wheels per side. The robot then stands on the inner wheels and on the outer wheels of one end,
+    so the outer wheels of the other end do not scrub in a turn."""
     trackwidth: float = 0.56
     """Distance between left and right wheels [m]."""
     friction_volts: float = 0.65
-    """Friction voltage measured by SysId, including rolling resistance [V]. Constants of public tank drives range from
-    .13 to 1.31 V, with a median near .65; a kit chassis (4 NEO, 8.46) was measured at .7 to .8 V."""
+    """Friction voltage kS as measured by SysId, including rolling resistance [V]. The kS in public code of tank drives
+    ranges from .13 to 1.31 V, with a median near .65 V. A kit chassis with 4 NEOs and a gearing of 8.46 had .7 to .8 V
+    in a measurement."""
     rolling_resistance: float = 0.0
     """Coefficient of rolling resistance [-]; 0 because `friction_volts` includes rolling resistance."""
     motors_per_side: int = 2
     """Number of motors on each side."""
     right_efficiency: float | None = None
-    """Efficiency of the right side [-]; None if equal to `efficiency`."""
+    """Efficiency of gearbox and chains on the right side [-]; None if equal to `efficiency`."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -151,7 +160,7 @@ class TankConfig(FixedWheelConfig):
 
     @property
     def sides(self) -> tuple[TankConfig, TankConfig]:
-        """Configs of the left and right side, each as the config of a drive with two identical sides."""
+        """Configs of two drives: one with both sides like the left side, one with both sides like the right side."""
         right = self.efficiency if self.right_efficiency is None else self.right_efficiency
         return replace(self, right_efficiency=None), replace(self, efficiency=right, right_efficiency=None)
 
@@ -163,9 +172,9 @@ class TankConfig(FixedWheelConfig):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MecanumConfig(FixedWheelConfig):
-    """Config of a mecanum drive: four wheels with 45-degree rollers, each wheel with a gearbox.
+    """Config of a mecanum drive with four wheels, 45-degree rollers and one gearbox per wheel.
 
-    Seen from above, the rollers on top of the wheels form an X.
+    Seen from above, the axes of the rollers on top of the wheels form an X.
     """
 
     places: tuple[tuple[float, float], ...] = ((0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28))
@@ -181,5 +190,5 @@ class MecanumConfig(FixedWheelConfig):
 
     @property
     def wheel_positions(self) -> tuple[tuple[float, float], ...]:
-        """Centers of the wheels, robot frame [m]."""
+        """Centers of the wheels, in the order of `places`, robot frame [m]."""
         return self.places

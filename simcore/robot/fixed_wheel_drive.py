@@ -1,18 +1,19 @@
 """Tank (differential) and mecanum drives, with the motor and tire models of the swerve drive.
 
 A tank drive has a row of coupled wheels on each side. A mecanum drive has four wheels, each with rollers that grip
-along one diagonal. The roller on the floor turns freely about its axis, so the floor pushes it only along this axis, at
-45 degrees to the wheel: d = (1, -1) / sqrt 2 front left and rear right, d = (1, 1) / sqrt 2 front right and rear left.
-A wheel that turns at w moves the contact point at w r d_x along d. The model of a mecanum wheel is therefore a wheel
-that points along d, with the radius r d_x and no lateral grip:
+along one diagonal. The roller on the floor turns freely about the roller axis, so the floor pushes the roller only
+along this axis. The axis d is at 45 degrees to the wheel: d = (1, -1) / sqrt 2 at the front left and rear right wheel,
+d = (1, 1) / sqrt 2 at the front right and rear left wheel. A wheel that turns at w moves the contact point at w r d_x
+along d. The model of a mecanum wheel is therefore a wheel that points along d, with the radius r d_x and no lateral
+grip:
 
     slip            s = r d_x w - d . v         v: velocity of the contact point over the ground
     tire force      F = mu N s / max(|s|, s0) along d, zero across d
     torque          r d_x F on the shaft
 
 While no roller slides, w = (v_x -+ v_y -+ (|x| + |y|) omega) / r, as in WPILib's MecanumDriveKinematics. The traction
-limit is mu N / sqrt 2 along each of the robot's axes. The model ignores bearing friction of the rollers: strafing is as
-easy as driving forward, whereas real robots lose some force.
+limit is mu N / sqrt 2 along each of the robot's axes. The model ignores the bearing friction of the rollers, so
+strafing needs no more force than driving forward. A real robot loses some force in the rollers.
 """
 
 from __future__ import annotations
@@ -41,15 +42,15 @@ _SIDES = (-1.0, 1.0, 1.0, -1.0)
 
 
 class FixedWheelDrive(WheeledDrive[FixedT]):
-    """Base of `TankDrive` and `MecanumDrive`: commands of voltage, speed or neutral for each drive shaft.
+    """Base of `TankDrive` and `MecanumDrive`, with voltage, speed and neutral commands for each drive shaft.
 
     Args:
         config: Nominal drivetrain, as assumed by robot code and the on-board loops.
         battery: Battery of the robot; None for a stiff 12 V supply.
-        wheels: Wheels in the order of `config.positions`.
-        shafts: Shafts that turn the wheels.
-        groups: Name of each shaft's motor group.
-        directions: Cosine and sine of the direction in which each shaft's wheels grip.
+        wheels: Wheels as actually built, in the order of `config.positions`.
+        shafts: Shafts that turn the wheels, as actually built.
+        groups: Name of the motor group of each shaft, a key of `motor_currents`.
+        directions: Cosine and sine of the direction in which the wheels of each shaft grip, robot frame.
     """
 
     def __init__(
@@ -74,9 +75,9 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         self._rest([0.0] * len(shafts))
 
     def reset(self, *, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:
-        """Zero encoders and time, reset the battery, command neutral, and let the wheels roll at a chassis velocity.
+        """Zero encoders and time, reset the battery, command neutral, and set the wheel speeds for a chassis velocity.
 
-        The velocity of the chassis itself does not change.
+        The wheels roll without slip at this velocity. The velocity of the chassis itself does not change.
 
         Args:
             vx: Forward velocity of the center of mass [m/s].
@@ -108,13 +109,13 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
             volts: Voltages of left and right side, or of the front left, front right, rear left and rear right wheel.
 
         Raises:
-            NonFiniteError: If a voltage is missing, NaN or infinite; the old command is kept.
+            NonFiniteError: If a voltage is not a finite number; the old command stays in effect.
             ConfigError: If the number of voltages is not the number of shafts.
         """
         self._command(VOLTS, self._checked("volts", volts))
 
     def set_shaft_speeds(self, speeds: Sequence[float]) -> None:
-        """Command the tread speed of each shaft by the on-board loops [m/s].
+        """Set the target tread speed of each shaft's on-board velocity loop [m/s].
 
         Raises the same errors as `set_shaft_volts`.
         """
@@ -132,7 +133,10 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
         return float(self.shaft_speeds[shaft]) * self.config.shaft_motor(1).emf
 
     def wheel_angles(self) -> list[float]:
-        """Return the grip direction of each wheel, counter-clockwise from forward [rad]; see `wheel_distances`."""
+        """Return the direction in which each wheel grips, counter-clockwise from forward [rad].
+
+        The order is that of `config.positions`.
+        """
         sin, cos = self.shafts["sin"], self.shafts["cos"]
         return [math.atan2(sin[g], cos[g]) for g in self._shaft_of_wheel]
 
@@ -142,7 +146,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
 
     @property
     def gearing(self) -> dict[str, list[float]]:
-        """Rotor turns per wheel turn of each motor, by the groups of `motor_currents` [-]."""
+        """Gear ratio of each motor: rotor turns per wheel turn [-], by the groups of `motor_currents`."""
         return self._by_group([self.config.gearing] * self._driven)
 
     def _by_group(self, values: Sequence[float]) -> dict[str, list[float]]:
@@ -153,7 +157,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
 
     @property
     def max_speed(self) -> float:
-        """Top speed straight ahead at 12 V, at which motor torque equals friction and rolling drag [m/s]."""
+        """Top speed straight ahead at 12 V [m/s]: the speed where the motor torque equals friction and rolling drag."""
         return super().max_speed / self._share
 
     @property
@@ -164,7 +168,7 @@ class FixedWheelDrive(WheeledDrive[FixedT]):
 
 
 class TankDrive(FixedWheelDrive[TankConfig]):
-    """Tank drive of a robot, commanded by side.
+    """Tank drive of a robot, with commands per side.
 
     Example:
         >>> from simcore.testing.benches import hold
@@ -181,7 +185,7 @@ class TankDrive(FixedWheelDrive[TankConfig]):
         battery: Battery | None = None,
         built: Sequence[FixedWheelConfig] | None = None,
     ) -> None:
-        """Start at rest.
+        """Create the drive at rest, in neutral.
 
         Args:
             config: Nominal drivetrain, as assumed by robot code and the on-board loops.
@@ -207,14 +211,16 @@ class TankDrive(FixedWheelDrive[TankConfig]):
         self.set_shaft_volts((left, right))
 
     def set_speeds(self, left: float, right: float) -> None:
-        """Command the tread speed of each side by the on-board loops [m/s].
+        """Set the target tread speed of each side's on-board velocity loop [m/s].
 
         Raises the same errors as `set_shaft_volts`.
         """
         self.set_shaft_speeds((left, right))
 
     def set_chassis_speeds(self, vx: float, omega: float) -> None:
-        """Command forward speed [m/s] and yaw rate [rad/s] by the on-board loops, computed without wheel scrub.
+        """Set the targets of the on-board velocity loops for a forward speed [m/s] and a yaw rate [rad/s].
+
+        The conversion of the yaw rate to tread speeds ignores wheel scrub.
 
         Raises:
             NonFiniteError: If a speed is NaN or infinite; the old command is kept.
@@ -228,7 +234,7 @@ class TankDrive(FixedWheelDrive[TankConfig]):
 
 
 class MecanumDrive(FixedWheelDrive[MecanumConfig]):
-    """Mecanum drive of a robot, commanded by wheel.
+    """Mecanum drive of a robot, with commands per wheel.
 
     Example:
         >>> from simcore.testing.benches import hold
@@ -246,12 +252,12 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
         battery: Battery | None = None,
         built: Sequence[FixedWheelConfig] | None = None,
     ) -> None:
-        """Start at rest.
+        """Create the drive at rest, in neutral.
 
         Args:
             config: Nominal drivetrain, as assumed by robot code and the on-board loops.
             battery: Battery of the robot; None for a stiff 12 V supply.
-            built: Motor and tire of each wheel as actually built; None for the values in the config.
+            built: Motors and tire of each wheel as actually built; None for the values in the config.
         """
         wheels: Sequence[FixedWheelConfig] = built or [config] * 4
         motors = config.motors_per_wheel
@@ -276,23 +282,24 @@ class MecanumDrive(FixedWheelDrive[MecanumConfig]):
         self.set_shaft_volts(volts)
 
     def set_speeds(self, speeds: Sequence[float]) -> None:
-        """Command the tread speed of each wheel by the on-board loops [m/s].
+        """Set the target tread speed of each wheel's on-board velocity loop [m/s], in the order of `places`.
 
         Raises the same errors as `set_shaft_volts`.
         """
         self.set_shaft_speeds(speeds)
 
     def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
-        """Command robot-relative chassis speeds [m/s, m/s, rad/s] by the on-board loops.
+        """Set the targets of the on-board velocity loops for robot-relative chassis speeds [m/s, m/s, rad/s].
 
-        If a wheel would exceed `max_speed`, the speeds of all wheels are scaled down.
+        The method scales all wheel speeds down if a wheel would exceed `max_speed`.
 
         Raises:
             NonFiniteError: If a speed is NaN or infinite; the old command is kept.
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"chassis speed {name}", value)
-        speeds = self._treads(vx, vy, omega)
+        x, y, _ = self.robot.center_of_mass
+        speeds = self._treads(vx - omega * y, vy + omega * x, omega)
         scale = min(1.0, self.max_speed / max(max(map(abs, speeds)), 1e-9))
         self.set_speeds([scale * v for v in speeds])
 

@@ -1,4 +1,4 @@
-"""Telemetry values of all robots of a match, computed together from the records of the loop."""
+"""Telemetry values of all robots of a match, computed in one compiled call from the arrays of the loop."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["FleetView"]
 
 
 class FleetView:
-    """Poses, wheels and module states of n robots, in arrays with one row per robot.
+    """Telemetry of n robots: poses, wheel heights, tire slip, pose estimates and module states.
 
     Args:
         robots: All robots of the match.
@@ -35,22 +35,30 @@ class FleetView:
         ]
         self._has_targets = np.zeros(count, np.uint8)
         self.places = np.empty((count, 7))
-        """Poses of the robots x, y, z, qw, qx, qy, qz, field frame, shape (n, 7)."""
+        """Pose of each robot, field frame: x, y, z [m] and quaternion w, x, y, z, shape (n, 7)."""
         self.heights = np.empty(count)
-        """Height of each robot's lowest wheel above z = 0 [m], shape (n,)."""
+        """Height above z = 0 of the lowest point of each robot's wheels [m], shape (n,)."""
         self.slips = np.empty(count)
-        """Slip speed of the fastest sliding tire of each robot [m/s], 0 while no tire slides, shape (n,)."""
+        """Slip speed of each robot's fastest sliding tire [m/s], shape (n,); 0 for a robot without a sliding tire."""
         self.believed = np.zeros((count, 7))
-        """Pose estimates of robot code, rounded to 1 mm and 1 mrad to hide gyro noise at rest, shape (n, 7)."""
+        """Pose estimates (`Robot.believed_pose`) in the format of `places`, shape (n, 7).
+
+        Rounding to 1 mm and 1 mrad hides gyro noise at rest.
+        """
         self.module_states: list[FloatArray | None] = []
-        """Speed [m/s] and steer angle [rad] of each swerve drive's modules by encoder, rounded to 1 mm/s and 1 mrad;
-        None for other drives."""
+        """Module states of each robot from the encoders; None for a robot without a swerve drive.
+
+        Rows are wheel speed [m/s] and steer angle [rad] of each module, rounded to 1 mm/s and 1 mrad.
+        """
         self.module_setpoints: list[FloatArray | None] = []
-        """Speed and angle setpoints of each swerve drive's modules, like `module_states`; no rows for a
-        drive without setpoints, None for other drives."""
+        """Module setpoints of each robot, in the format of `module_states`; None for a robot without a swerve drive.
+
+        The setpoints are those of robot code (`Robot.module_setpoints`) or otherwise the targets of the on-board loops.
+        The array has no rows if neither exists.
+        """
 
     def look(self, fleet: Fleet, bodies: Records) -> None:
-        """Update all values from the current records of the loop."""
+        """Update all values from the loop's current records of robots (`fleet`) and bodies."""
         states, targets = np.empty((2, int(self._first_module[-1]), 2))
         believed = np.array([robot.believed_pose for robot in self._robots])
         _look(
@@ -70,7 +78,7 @@ class FleetView:
 
 
 def _settled(rows: FloatArray) -> FloatArray:
-    """Return module states (speed, angle) rounded by `_shown_state`, read-only, shape (n, 2)."""
+    """Return a read-only copy of module states, rows (speed, angle), rounded by `_shown_state`, shape (n, 2)."""
     found = np.empty((len(rows), 2))
     for number, (speed, angle) in enumerate(rows.tolist()):
         found[number] = _shown_state(speed, angle)
@@ -80,7 +88,7 @@ def _settled(rows: FloatArray) -> FloatArray:
 
 @inlined
 def _rounded(value: float, scale: float) -> float:
-    """Round a value to a multiple of 1 / scale, with 0.0 instead of -0.0, which would count as a change."""
+    """Round a value to a multiple of 1 / scale, and return 0.0 in place of -0.0, for stable telemetry."""
     rounded: float = np.rint(value * scale) / scale + 0.0
     return rounded
 
@@ -109,7 +117,11 @@ def _look(
     targets: FloatArray,
     has_targets: npt.NDArray[np.uint8],
 ) -> None:
-    """Write poses, heights, slips, pose estimates, module states and targets of all robots to the given arrays."""
+    """Write the values of `FleetView` to the arrays from `places` to `has_targets`.
+
+    `states` and `targets` have one row per swerve module: states from the encoders, and targets of the on-board loops.
+    `has_targets` has one value per robot: whether the on-board loops have targets.
+    """
     for number in range(len(robots)):
         robot = robots[number]
         body = bodies[robot["model"]["body"]]

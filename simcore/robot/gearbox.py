@@ -1,4 +1,4 @@
-"""Gearboxes of mechanisms: DC motors, gearing, friction, and controllers that compute a voltage for a setpoint."""
+"""Gearboxes of mechanisms (DC motors, gearing and friction), and controllers that compute the motor voltage."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _LIMIT = replace(CURRENT_LIMIT, is_open=True)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GearboxConfig:
-    """One or more identical motors that drive a mechanism through a gear.
+    """Config of a gearbox: one or more identical motors that drive a mechanism through gears.
 
     >>> from simcore.robot.dc_motor import motor
     >>> shooter = GearboxConfig(motor=motor("Kraken X60"), motors=4, gearing=24 / 36)
@@ -44,7 +44,8 @@ class GearboxConfig:
     """
 
     motor: MotorModel
-    """Model of one motor: `motor("Kraken X60")`, or WPILib's `DCMotor.krakenX60(1)`, which is converted."""
+    """Model of one motor, such as `motor("Kraken X60")`. The constructor also accepts and converts a `DCMotor` of
+    WPILib, such as `DCMotor.krakenX60(1)`."""
     motors: int = 1
     """Number of motors that share the load."""
     gearing: float
@@ -52,8 +53,8 @@ class GearboxConfig:
     stator_current_limit: float = math.inf
     """Stator current limit of each motor, in both directions [A]."""
     supply_current_limit: float = math.inf
-    """Supply current limit of each motor, for drawing and for regenerating [A]; applied with the speed at the start of
-    a step."""
+    """Supply current limit of each motor, for drawing and for regenerating [A]. The loop evaluates this limit at the
+    speed at the start of a step."""
     friction_torque: float = 0.0
     """Coulomb friction torque at the mechanism, in motion and at rest [N m]."""
 
@@ -94,18 +95,30 @@ class GearboxConfig:
         return self if motor is self.motor else replace(self, motor=motor)
 
     def free_speed(self, volts: float) -> float:
-        """Return the free speed at a voltage [V], without friction [rad/s]."""
+        """Return the free speed of the mechanism without friction [rad/s].
+
+        Args:
+            volts: Motor voltage [V].
+        """
         return volts / self.volts_per_speed
 
     def stall_torque(self, volts: float) -> float:
-        """Return the stall torque at a voltage [V], without friction and within the stator current limit [N m]."""
+        """Return the stall torque at the mechanism without friction, within the stator current limit [N m].
+
+        Args:
+            volts: Motor voltage [V].
+        """
         require("GearboxConfig.stall_torque", "volts", volts, SIGNED_VOLTAGE)
         return self.torque_per_amp * min(
             max(volts / self.resistance, -self.stator_current_limit), self.stator_current_limit
         )
 
     def holding_volts(self, torque: float) -> float:
-        """Return the voltage that produces a torque [N m] at the mechanism at rest, without friction [V]."""
+        """Return the motor voltage that produces a given torque at the mechanism at rest, without friction [V].
+
+        Args:
+            torque: Torque at the mechanism [N m].
+        """
         return torque * self.resistance / self.torque_per_amp
 
 
@@ -121,9 +134,10 @@ Source: the friction voltages that CTRE's Tuner X generates for a swerve module
 
 
 def no_load_friction(gearbox: GearboxConfig) -> float:
-    """Compute the friction torque of the motors without load, at the mechanism [N m].
+    """Compute the no-load friction torque of the motors, referred to the mechanism [N m].
 
-    The torque is the datasheet's no-load current times kT, which reproduces the datasheet's free speed.
+    The torque is the number of motors times gearing, no-load current and kT. A motor with this friction reaches the
+    free speed in the datasheet.
 
     >>> from simcore.robot.dc_motor import motor
     >>> krakens = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
@@ -149,14 +163,14 @@ def friction_from_volts(gearbox: GearboxConfig, volts: float) -> float:
 
 
 def default_friction(gearbox: GearboxConfig, *, has_gears: bool = True) -> float:
-    """Estimate the friction torque of a mechanism without a measurement, at the mechanism [N m].
+    """Estimate the friction torque at a mechanism for which no measurement exists [N m].
 
-    With gears, this is the larger of `no_load_friction` and the torque of `GEARED_FRICTION_VOLTS`.
+    The estimate is `no_load_friction`, or with gears the larger of `no_load_friction` and the torque of
+    `GEARED_FRICTION_VOLTS`.
 
     Args:
         gearbox: Motors and gears of the mechanism.
-        has_gears: Whether gears or belts add friction; False for a flywheel, which has little friction beyond the
-            motors'.
+        has_gears: Whether gears or belts add friction; False for a flywheel, whose motors cause most of the friction.
     """
     own = no_load_friction(gearbox)
     return max(own, friction_from_volts(gearbox, GEARED_FRICTION_VOLTS)) if has_gears else own
@@ -164,7 +178,7 @@ def default_friction(gearbox: GearboxConfig, *, has_gears: bool = True) -> float
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VelocityController:
-    """Velocity controller with back-EMF feed-forward and a proportional term; no integral term, so no windup."""
+    """Velocity controller with kS and kV feed-forward and a proportional term, without an integral term."""
 
     kv: float
     """Velocity feed-forward gain [V s/rad]."""
@@ -189,7 +203,12 @@ class VelocityController:
         )
 
     def volts(self, goal: float, velocity: float) -> float:
-        """Compute the voltage that drives `velocity` to `goal` [rad/s], within the voltage limit [V]."""
+        """Compute the motor voltage for a goal velocity, within the voltage limit [V].
+
+        Args:
+            goal: Goal velocity [rad/s].
+            velocity: Current velocity [rad/s].
+        """
         friction = self.ks if goal > 0.0 else -self.ks if goal < 0.0 else 0.0
         volts = friction + self.kv * goal + self.kp * (goal - velocity)
         return min(max(volts, -self.max_volts), self.max_volts)
@@ -197,12 +216,12 @@ class VelocityController:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PositionController:
-    """Proportional-derivative controller of an angle, with gravity feed-forward as an input."""
+    """Proportional-derivative position controller for an angle; the caller supplies the gravity feed-forward."""
 
     kp: float
     """Proportional gain on the position error [V/rad]."""
     kd: float = 0.0
-    """Derivative gain: voltage against the velocity [V s/rad]."""
+    """Derivative gain on the velocity, which damps the motion [V s/rad]."""
     max_volts: float = 12.0
     """Voltage limit, in both directions [V]."""
 
@@ -210,7 +229,7 @@ class PositionController:
         require_fields(self, kp=GAIN, kd=GAIN, max_volts=VOLTAGE)
 
     def volts(self, goal: float, position: float, velocity: float, feedforward: float = 0.0) -> float:
-        """Compute the voltage that drives `position` to `goal`, within the voltage limit [V].
+        """Compute the motor voltage for a goal position, within the voltage limit [V].
 
         Args:
             goal: Goal position [rad].

@@ -17,25 +17,27 @@ __all__ = ["GYROS", "Gyro", "GyroConfig", "gyro_config"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GyroConfig:
-    """Errors of a gyro, independent of the length of a step."""
+    """Config of a gyro: magnitudes of the errors, which do not depend on the length of a step."""
 
     name: str = "ideal"
     drift_deg_per_minute: float = 0.0
-    """Standard deviation of the yaw drift at rest after calibration, drawn once per run [deg/min]."""
+    """Standard deviation of the yaw drift at rest after calibration [deg/min]; the gyro draws one drift per run."""
     bias_dps: float = 0.0
     """Constant yaw rate at rest, added to the random drift [deg/s]."""
     scale_error: float = 0.0
-    """Standard deviation of the constant scale error of yaw, drawn once per run [-]; 0.01 is 3.6 deg per turn."""
+    """Standard deviation of the scale error of yaw [-]; 0.01 means 3.6 deg per turn. The gyro draws one scale error per
+    run."""
     rate_noise: float = 0.0
-    """Standard deviation of each reported rate, as a fraction of the rate [-]; does not affect the angles."""
+    """Standard deviation of the noise on each reported rate, as a fraction of the rate [-]; no effect on the angles."""
     rate_noise_floor_dps: float = 0.0
-    """Standard deviation of each reported rate at rest [deg/s]."""
+    """Standard deviation of the noise on each reported rate at rest [deg/s]."""
     tilt_noise_deg: float = 0.0
-    """Standard deviation of each reported pitch and roll [deg]."""
+    """Standard deviation of the noise on each reported pitch and roll [deg]."""
     impact_deg: float = 0.0
-    """Standard deviation of the yaw jump from an impact of `impact_accel` [deg]; proportional for harder impacts."""
+    """Standard deviation of the yaw jump at an impact with a yaw acceleration of `impact_accel` [deg]. The jump is
+    proportional to the yaw acceleration of harder impacts."""
     impact_accel: float = 500.0
-    """Yaw acceleration above which an impact disturbs the sensor [rad/s^2]."""
+    """Smallest yaw acceleration at which an impact disturbs the gyro [rad/s^2]; 0 for no disturbance by impacts."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -86,24 +88,27 @@ GYROS = {
 
 
 def gyro_config(name: str) -> GyroConfig:
-    """Look up a preset by name: ideal, pigeon2, navx2 or generic.
+    """Look up the preset config of a gyro by name: ideal, pigeon2, navx2 or generic.
 
     Raises:
-        UnknownNameError: If no preset has this name; the message lists the nearest names.
+        UnknownNameError: If no preset has this name; the message suggests similar names.
     """
     if name not in GYROS:
         raise UnknownNameError("gyro", name, GYROS)
     return GYROS[name]
 
 
-_DRAWN = 600  # random numbers per call: a call takes 3 us, whether for 6 numbers or for 100
+_DRAWN = 600  # random numbers per call of the generator; a call takes 3 us for 6 numbers and for 100 numbers
 
 
 class Gyro:
-    """Gyro that follows the true attitude with errors; equal seeds of the random generator give equal readings."""
+    """Gyro that reports the true attitude and rates with errors.
+
+    Random generators with equal seeds give equal readings.
+    """
 
     def __init__(self, config: GyroConfig, rng: np.random.Generator) -> None:
-        """Start level, with a yaw of 0.
+        """Draw the constant errors, and start with zero yaw, pitch, roll and rates.
 
         Args:
             config: Errors of the gyro.
@@ -119,7 +124,11 @@ class Gyro:
         self.reset()
 
     def reset(self, *, yaw: float = 0.0, true_yaw: float = 0.0) -> None:
-        """Set the reported yaw to `yaw` [rad], and pitch, roll and rates to zero, at a true yaw of `true_yaw` [rad].
+        """Set the reported yaw, and zero the reported pitch, roll and rates.
+
+        Args:
+            yaw: New reported yaw [rad].
+            true_yaw: Current true yaw of the robot [rad].
 
         Raises:
             NonFiniteError: If a value is not finite; the gyro is left unchanged.
@@ -141,7 +150,7 @@ class Gyro:
         self.yaw = checked_number("gyro: yaw", yaw)
 
     def step(self, dt: float, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Update the readings to the end of a step.
+        """Update the readings at the end of a step.
 
         Args:
             dt: Time since the last step [s].

@@ -1,9 +1,10 @@
-"""Hopper: balls that fall, roll and jam in a box inside a robot, moved by the law of all balls (`simcore.loop`).
+"""Hopper: simulation of balls that fall, roll and jam in a box inside a robot.
 
-The loop moves them in a frame that falls with the robot's origin and does not turn. The box turns in it: centrifugal,
-Coriolis and Euler accelerations need no formula, and gravity minus the robot's acceleration points down. Each tick has
-its own frame; between ticks everything is in the robot frame. The floor is another body, at the place of the box but
-with the velocity of the belt: its friction drives the balls. Feed rates, fill and jams follow from foam and friction.
+The loop (`simcore.loop`) moves the balls of a hopper in a frame that translates with the robot's origin and does not
+rotate. In this frame, apparent gravity (gravity minus the robot's acceleration) points down. The box rotates in the
+frame, so centrifugal, Coriolis and Euler accelerations need no formula. Each tick uses a new frame; between two ticks,
+positions and velocities are in the robot frame. The floor is a second body with the pose of the box and the velocity of
+the belt, so floor friction drives the balls. Feed rate, fill and jams result from the foam and friction of the balls.
 """
 
 from __future__ import annotations
@@ -34,22 +35,22 @@ Side: TypeAlias = Literal["front", "back", "left", "right", "bottom"]
 FACES: dict[str, tuple[int, int]] = {
     "front": (0, 1), "back": (0, -1), "left": (1, 1), "right": (1, -1), "bottom": (2, -1)
 }  # fmt: skip
-"""Axis and sign of the outward normal of each side."""
+"""Axis (0 for x, 1 for y, 2 for z) and sign of the outward normal of each side."""
 OPPOSITE: dict[str, Side] = {"front": "back", "back": "front", "left": "right", "right": "left", "bottom": "back"}
 _LEAN = Quantity("rad", 0.0, 1.2)
 _ENTRY = 1.0  # [m/s]; speed at which intakes feed pieces in, away from the wall. Estimate, within a factor of two
-_ASIDE = 0.04  # [-] of a radius; offset of entering balls, by their slots, so that none is exactly above another
-_FREE = 0.9  # [-] of two radii; a position is free if a ball there overlaps others by at most a tenth
+_ASIDE = 0.04  # [-] of a radius; offset of a new ball, which depends on the slot, so no ball is exactly above another
+_FREE = 0.9  # [-] of two radii; a position is free if a new ball would overlap other balls by at most a tenth
 _THICK = 0.5  # [m]; thickness of walls, and of the feeder behind the outlet
 _EDGE = 0.001  # [m]; smallest width of a wall next to the outlet, and depth of an outlet's edge below a moving floor
-_TREAD = 0.01  # [m]; rolling lever of a belt: balls sink between its cords, treads or fingers. Estimate, factor of two
+_TREAD = 0.01  # [m]; rolling lever arm on a belt: balls sink between cords, treads or fingers. Estimate, factor of two
 _STRIP = 0.02  # [m]; part of the floor around an outlet in the bottom that does not move
-_HEAVY, _REACH = 1e30, 10.0  # [kg, kg m^2], [m]; the box moves with the robot, whatever pushes it
-_MOST = np.array((500.0,) * 3 + (50.0,) * 3 + (2000.0,) * 3 + (10.0,))  # limits of pull, spin, turn and belt
-_STILL = 0.5  # [s]; balls that have been still for so long rest until the robot or the belt moves otherwise
-_SAME = np.array((0.1,) * 3 + (0.02,) * 3 + (0.5,) * 3 + (0.005,))  # change of pull, spin, turn and belt that they feel
-_BLOCKED = 2.0  # [-]; diameters that a free ball would have moved since the outlet is blocked, for a jam
-_STEPS = round(TICK / STEP)  # of the loop in a tick
+_HEAVY, _REACH = 1e30, 10.0  # [kg, kg m^2], [m]; the large mass keeps forces of the balls from moving the box
+_MOST = np.array((500.0,) * 3 + (50.0,) * 3 + (2000.0,) * 3 + (10.0,))  # limits of pull, spin, turn and belt speed
+_STILL = 0.5  # [s]; after this time without motion, balls rest until the motion of the robot or the belt changes
+_SAME = np.array((0.1,) * 3 + (0.02,) * 3 + (0.5,) * 3 + (0.005,))  # change of motion above which resting balls wake
+_BLOCKED = 2.0  # [-]; travel of a free ball, in diameters, after which a blocked outlet counts as jammed
+_STEPS = round(TICK / STEP)  # steps of the loop in a tick
 _NO_ROBOTS = no_robots()
 
 
@@ -58,31 +59,32 @@ class HopperConfig:
     """Config of a hopper: outlet, inlet, belt and friction; `StorageConfig` defines the box."""
 
     outlet: Side = "front"
-    """Side with the opening to the shooter."""
+    """Side of the box with the opening through which balls leave."""
     outlet_width: float
-    """Width of the outlet along y, or along x in the left or right side [m]; two balls can bridge an outlet narrower
-    than two diameters, and a pile of balls one narrower than three."""
+    """Width of the outlet along y, or along x in the left or right side [m]. Two balls can bridge an outlet narrower
+    than two diameters; a pile of balls can bridge an outlet narrower than three diameters."""
     outlet_height: float | None = None
-    """Height of the outlet, or length along x of an outlet in the bottom [m]; None if equal to the width."""
+    """Height of an outlet in a wall, or size along x of an outlet in the bottom [m]; None if equal to the width."""
     outlet_place: tuple[float, float] | None = None
-    """Center of the outlet, across and up (along y and x in the bottom), robot frame [m]; None for the middle of the
-    side, at the floor."""
+    """Center of the outlet, robot frame [m]: horizontal coordinate and height in a wall, or y and x in the bottom. None
+    for the middle of the wall at floor height, or the middle of the bottom."""
     inlet: Side | None = None
-    """Wall where intakes feed pieces in, at the top; None for the wall opposite the outlet."""
+    """Wall through which intakes feed balls, at the top; None for the wall opposite the outlet, or for the back if the
+    outlet is in the bottom."""
     belt: str | None = None
-    """Mechanism that moves pieces on the floor toward the outlet, or away from the inlet if the outlet is in the
-    bottom; None without a belt."""
+    """Name of the mechanism that moves balls on the floor toward the outlet, or away from the inlet if the outlet is in
+    the bottom; None for a hopper without a belt."""
     belt_travel: float = 0.025
-    """Travel of a piece per radian of `belt` [m]: the radius of the roller, or half the radius if pieces roll along a
-    fixed ceiling; negative if the mechanism turns backward to feed."""
+    """Travel of a ball per radian of `belt` [m]: the radius of the belt roller, or half this radius if the balls roll
+    between belt and fixed ceiling. The value is negative if the mechanism turns backward to feed."""
     funnel: float = 0.0
-    """Angle by which the walls next to the outlet are tilted toward the outlet [rad]; at 0, pieces in the dead corners
-    stay there."""
+    """Tilt of the walls next to the outlet toward the outlet [rad]; at 0, balls stay in the corners next to the
+    outlet."""
     slope: float = 0.0
-    """Slope of the floor, down to an outlet in a wall [rad]."""
+    """Downward slope of the floor toward an outlet in a wall [rad]; must be 0 for an outlet in the bottom."""
     friction: float = pair_friction(FOAM.friction, WALL.friction)
-    """Coefficient of friction of foam pieces on walls, floor and belt [-]; 0.4 is an estimate for foam on a wall. Other
-    pieces have as much more or less as their friction factor is above or below that of foam."""
+    """Coefficient of friction of foam balls on walls, floor and belt [-]; the default of 0.4 is an estimate for foam on
+    a wall. The coefficient of other balls is larger or smaller in proportion to the friction factor of the ball."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -96,13 +98,14 @@ class HopperConfig:
 
 
 class Hopper:
-    """State of the balls in a robot's hopper.
+    """Simulation of the balls in a robot's hopper.
 
     Args:
         config: Config of the hopper.
         low: Corner of the box with the smallest coordinates, robot frame [m].
         high: Corner of the box with the largest coordinates, robot frame [m].
-        kinds: Function that returns all balls of the match, by slot, for their mass, foam and surface.
+        kinds: Function that returns the records of all balls of the match, by slot, with mass, foam and
+            surface; None for a hopper that stays empty.
     """
 
     def __init__(self, config: HopperConfig, low: Vector, high: Vector, kinds: Callable[[], Balls] | None) -> None:
@@ -116,10 +119,13 @@ class Hopper:
         self.radius: FloatArray = np.zeros(0)
         """Radii of the balls [m], shape (n,)."""
         self.is_jammed = False
-        """Whether balls block the outlet: a chain of balls in contact has touched both of its sides, and none has
-        passed, for the time in which a free ball moves by two diameters from rest, 0.6 s on a belt at 0.6 m/s. Friction
-        brings that ball to the speed of the belt, the robot's acceleration or a slope adds to it. The jam ends as soon
-        as the chain breaks."""
+        """Whether balls block the outlet.
+
+        A jam begins when a chain of touching balls has connected both sides of the outlet for a minimum time, and no
+        ball has passed. The minimum time is the time in which a free ball would move two diameters from rest: 0.6 s on
+        a belt at 0.6 m/s. Friction accelerates the free ball to the belt speed; a slope and an acceleration of the
+        robot also change the speed. The jam ends when the chain breaks or a ball passes.
+        """
         self._kinds, self._low, self._high = kinds, np.array(low), np.array(high)
         self._axis, self._sign = FACES[config.outlet]
         self._plane = self._sign * (high if self._sign > 0 else low)[self._axis]
@@ -129,26 +135,29 @@ class Hopper:
         self._belt = np.array((0.0, 0.0, -math.sin(config.slope)))  # direction of the belt
         self._belt[axis] = sign * math.cos(config.slope)
         self._out = np.array((0.0, 0.0, -1.0)) if config.outlet == "bottom" else self._belt
-        self._free_speed = self._free_way = 0.0  # of a free ball since the outlet is blocked [m/s, m]
+        self._free_speed = self._free_way = 0.0  # speed and travel of a free ball since the outlet was blocked [m/s, m]
         self._size = 0.0  # largest radius so far [m]
         self._balls, self._memory = make_balls(np.zeros(0, np.uint8), self.pos, self.vel), make_memory(0)
         self._solids, self._sides = SolidsBuilder().solids, [0, 0]
-        self._resting: FloatArray | None = None  # pull, spin, turn and belt as the balls came to rest
-        self._bodies = records(BODY, 2)  # box, and belt; what carries has an angular acceleration
+        self._resting: FloatArray | None = None  # pull, spin, turn and belt speed when the balls came to rest
+        self._bodies = records(BODY, 2)  # box and belt
         self._bodies["is_active"] = 1
         model = self._bodies["model"]
-        for name, value in {"carries": 1, "mass": _HEAVY, "inertia": _HEAVY, "reach": _REACH}.items():
+        for name, value in {"mass": _HEAVY, "inertia": _HEAVY, "reach": _REACH}.items():
             model[name] = value
         model["principal"] = np.eye(3)
 
     # --- contents ---------------------------------------------------------------------------------------------------
 
     def follow(self, slots: Sequence[int], radii: Sequence[float], places: Sequence[Vector]) -> None:
-        """Update the contents; new balls enter at the inlet, or elsewhere in the box if the inlet is occupied.
+        """Set the contents: keep the balls whose slots remain, remove the others, and add new balls.
+
+        A new ball starts at the first free position of the inlet, or of `places` if the inlet is occupied. If no
+        position is free, the ball starts where the overlap is least.
 
         Args:
-            slots: Slots of all pieces in the hopper.
-            radii: Radii of all pieces in the hopper [m].
+            slots: Slots of all balls in the hopper.
+            radii: Radii of all balls in the hopper [m].
             places: Positions to try if the inlet is occupied, robot frame [m].
         """
         sizes = np.array(radii)
@@ -181,7 +190,7 @@ class Hopper:
             self._build()
 
     def room_at_inlet(self, size: float) -> int:
-        """Return the number of balls of a given radius [m] that can enter side by side now."""
+        """Return the number of balls of radius `size` [m] that can enter side by side at the inlet now."""
         candidates = self._inlets(size)
         count, last = 0, -math.inf
         for place in candidates[
@@ -192,13 +201,16 @@ class Hopper:
         return count
 
     def at_outlet(self) -> list[int]:
-        """Return the slots of the balls whose centers are past the outlet, foremost first."""
+        """Return the slots of the balls whose centers are past the plane of the outlet, farthest first."""
         ahead = self._sign * self.pos[:, self._axis] - self._plane
         rows = np.argsort(-ahead, kind="stable")
         return [self.slots[row] for row in rows.tolist() if ahead[row] >= 0.0]
 
     def _inlets(self, size: float) -> FloatArray:
-        """Return positions along the top of the inlet's wall, less than a diameter apart [m], shape (m, 3)."""
+        """Return entry positions of a ball of radius `size` [m] at the inlet, robot frame [m], shape (m, 3).
+
+        The positions are in a row along the top of the inlet wall, less than a radius apart.
+        """
         axis, sign = self._inlet
         low, high = self._low + size, self._high - size
         places = np.tile(high if sign > 0 else low, (1 + max(0, math.floor((high - low)[1 - axis] / (0.5 * size))), 1))
@@ -207,7 +219,14 @@ class Hopper:
         return places
 
     def _set_balls(self, sizes: FloatArray, slots: list[int], placed: list[int], kept: list[int]) -> None:
-        """Make arrays for balls by their radii [m] and slots; those at `kept` until now are at `placed`."""
+        """Create the arrays of the loop for the balls in the hopper, and copy the state of the remaining balls.
+
+        Args:
+            sizes: Radii of the balls [m].
+            slots: Slots of the balls.
+            placed: New rows of the remaining balls.
+            kept: Old rows of the remaining balls.
+        """
         n, old, known = len(slots), self._balls, self._memory
         balls = make_balls(np.full(n, AWAKE, np.uint8), np.zeros((n, 3)), np.zeros((n, 3)))
         memory = make_memory(n)._replace(clock=known.clock)
@@ -217,7 +236,7 @@ class Hopper:
             kinds = self._kinds()
             balls.mass[:], balls.foam[:], balls.surface[:] = kinds.mass[slots], kinds.foam[slots], kinds.surface[slots]
         balls.spin[placed], balls.is_put[placed] = old.spin[kept], JUST_PUT * old.is_put[kept]
-        # contacts with the box go on; those of balls with each other have keys by row, and begin again
+        # Contacts with the box continue. Contacts between balls start again, because the contact keys contain the rows.
         memory.key[placed], memory.spring[placed] = known.key[kept], known.spring[kept]
         memory.stamp[placed] = np.where(known.key[kept] >= 0, known.stamp[kept], -2)
         self._balls, self._memory, self._resting = balls, memory, None
@@ -228,7 +247,7 @@ class Hopper:
         """Build the solids of box and belt for balls up to the largest radius so far."""
         config, axis, builder = self.config, self._axis, SolidsBuilder()
         across, up = 0 if axis == 1 else 1, 0 if axis == 2 else 2
-        middle = 0.5 * (self._low + self._high)  # a ball fits in every place of a box
+        middle = 0.5 * (self._low + self._high)  # a box narrower than a ball is widened until a ball fits
         low, high = np.minimum(self._low, middle - self._size), np.maximum(self._high, middle + self._size)
         if axis < 2:
             rise = math.tan(config.slope) * (high[axis] - low[axis])
@@ -245,7 +264,12 @@ class Hopper:
             return builder.add(Hull(points=points), (0.0, 0.0, 0.0), IDENTITY, surface, body=body)
 
         def block(body: int, *bounds: tuple[int, int, float]) -> None:
-            """Add a block by bounds other than the outer ones: axis, 1 for a lower or -1 for an upper one, place."""
+            """Add a block with the outer bounds, except for the given bounds.
+
+            Args:
+                body: Index of the body: 0 for the box, 1 for the belt.
+                bounds: Axis, 1 for a lower or -1 for an upper bound, and coordinate [m] of each given bound.
+            """
             ends = least.copy(), most.copy()
             for k, sign, end in bounds:
                 ends[sign < 0][k] = end
@@ -285,7 +309,9 @@ class Hopper:
     # --- motion -----------------------------------------------------------------------------------------------------
 
     def advance(self, pull: Vector, spin: Vector, turn: Vector, belt_speed: float) -> bool:
-        """Advance the balls by one tick.
+        """Advance the balls by one tick, and update `is_jammed`.
+
+        The method does nothing if the hopper is empty or an argument is not finite.
 
         Args:
             pull: Gravity minus the acceleration of the robot's origin, robot frame [m/s^2].
@@ -294,7 +320,7 @@ class Hopper:
             belt_speed: Speed of the belt, positive toward the outlet [m/s].
 
         Returns:
-            Whether the outlet has just jammed.
+            Whether a jam began in this tick.
         """
         if not self.slots or not np.isfinite(motion := np.array((*pull, *spin, *turn, belt_speed))).all():
             return False
@@ -308,17 +334,17 @@ class Hopper:
         return self.is_jammed and not was_jammed
 
     def _move(self, pull: FloatArray, spin: FloatArray, turn: FloatArray, belt_speed: float) -> None:
-        """Move the balls by the loop for one tick; arguments as in `advance`."""
+        """Advance the balls in the loop by one tick; the arguments are those of `advance`, clamped to `_MOST`."""
         balls, springs, bodies = self._balls, self._memory.spring[:, :, :3], self._bodies
         gravity = math.sqrt(float((pull * pull).sum()))
         x, y, z = (-pull / max(gravity, 1e-9)).tolist()
-        quat = np.array((y, -x, 0.0, 1.0 + z) if z > -1.0 + 1e-9 else (1.0, 0.0, 0.0, 0.0))  # turns pull downward
+        quat = np.array((y, -x, 0.0, 1.0 + z) if z > -1.0 + 1e-9 else (1.0, 0.0, 0.0, 0.0))  # rotates pull to -z
         quat /= math.sqrt(float((quat * quat).sum()))
         axes, spin = matrix(quat), spin - TICK * turn
         balls.pos[:], balls.vel[:] = _turned(axes, self.pos), _turned(axes, self.vel + np.cross(spin, self.pos))
         balls.spin[:], springs[:] = _turned(axes, balls.spin), _turned(axes, springs)
         bodies["pos"], bodies["vel"], bodies["quat"] = 0.0, 0.0, quat
-        bodies["rate"], bodies["pull"] = _turned(axes, spin), _turned(axes, turn)
+        bodies["rate"], bodies["turn"] = _turned(axes, spin), _turned(axes, turn)
         bodies["vel"][1] = _turned(axes, belt_speed * self._belt)
         bodies["pos"][1] = -0.5 * TICK * bodies["vel"][1]
         advance(_NO_ROBOTS, bodies, balls, self._memory, self._solids, Floor(gravity, False, 0.0, 0.0, 0.0, True), TICK)
@@ -328,7 +354,7 @@ class Hopper:
         balls.spin[:], springs[:] = _turned(axes, balls.spin), _turned(axes, springs)
 
     def _observe(self, pull: FloatArray, belt_speed: float) -> bool:
-        """Return whether the outlet is jammed."""
+        """Advance the travel of the free ball, and return whether the outlet is jammed."""
         if not self._is_bridged():
             self._free_speed = self._free_way = 0.0
             return False
@@ -340,7 +366,7 @@ class Hopper:
         return self.is_jammed or self._free_way > 2.0 * _BLOCKED * self._size
 
     def _is_bridged(self) -> bool:
-        """Return whether balls in contact with each other touch both sides of the outlet, and none is past it."""
+        """Return whether touching balls connect both sides of the outlet, and no ball is past the outlet."""
         key, is_now = self._memory.key, self._memory.stamp > self._memory.clock[0] - _STEPS
         left, right = (((key == side) & is_now).any(axis=1) for side in self._sides)
         if not (left.any() and right.any()) or self.at_outlet():
@@ -352,13 +378,15 @@ class Hopper:
 
 
 def _turned(axes: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Return vectors turned by a rotation matrix, shape (..., 3)."""
+    """Rotate vectors of shape (..., 3) by the rotation matrix `axes`."""
     turned: FloatArray = np.einsum("ij,...j->...i", axes, vectors)
     return turned
 
 
 def _clearances(candidates: FloatArray, size: float, pos: FloatArray, radius: FloatArray) -> FloatArray:
     """Return the smallest clearance between a new ball at each candidate position and existing balls [m], shape (m,).
+
+    A clearance is zero at an overlap of a tenth of the sum of the radii, and 1 m without existing balls.
 
     Args:
         candidates: Positions of the new ball [m], shape (m, 3).

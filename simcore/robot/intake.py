@@ -1,7 +1,7 @@
-"""Intakes: zones on the robot, or on a moving part, in which a turning roller takes game pieces in.
+"""Intakes: zones on the robot, or on a moving part, where a turning roller takes in game pieces.
 
-Each tick tests the paths of all pieces relative to the robot since the last tick, so that no piece can pass through a
-zone between two ticks.
+Each tick tests the paths of all pieces relative to the robot since the last tick. The test therefore also finds pieces
+that pass through a zone between two ticks.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _DEPLOYED = 0.8  # [-]; fraction of the travel to the hard stop beyond which an 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntakeZone:
-    """Box in the robot frame (x forward, y left, z up from the floor) that contains a piece by the piece's center.
+    """Box in the robot frame (x forward, y left, z up from the floor), tested against the centers of pieces.
 
     >>> zone = IntakeZone(x_min=-0.50, x_max=-0.35, y_min=-0.25, y_max=0.25, z_max=0.20)
     >>> zone.contains(np.array([[-0.4, 0.0, 0.075], [0.4, 0.0, 0.075]])).tolist()
@@ -78,7 +78,7 @@ class IntakeZone:
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
         """Return whether each piece is in the box or passed through the box since the last tick.
 
-        Paths are straight lines in the robot frame, so a moving robot and a moving piece count alike.
+        Paths are straight lines in the robot frame, so the test covers motion of the piece and motion of the robot.
 
         Args:
             prev_robot: Centers of the pieces a tick ago, in the robot frame of that time [m], shape (n, 3).
@@ -97,8 +97,15 @@ def _ball(low: Vector, high: Vector) -> tuple[Vector, float]:
 
 
 def _swept(low: Vector, high: Vector, before: FloatArray, now: FloatArray) -> BoolArray:
-    """Return whether each straight path from `before` to `now`, (n, 3) each [m], touches a box, shape (n,)."""
-    # The bounding boxes of all paths are tested first (18 us for 400), as only the few near paths need the exact test.
+    """Return whether each of n straight paths touches a box, shape (n,).
+
+    Args:
+        low: Corner of the box with the smallest coordinates [m].
+        high: Corner of the box with the largest coordinates [m].
+        before: Starts of the paths [m], shape (n, 3).
+        now: Ends of the paths [m], shape (n, 3).
+    """
+    # A test of the bounding boxes of all paths comes first (18 us for 400): only few paths need the exact test.
     near: BoolArray = np.all((np.maximum(before, now) >= low) & (np.minimum(before, now) <= high), axis=1)
     if near.any():
         near[near] = box_crossed(low, high, before[near], now[near])
@@ -127,11 +134,11 @@ def field_to_robot(pos_field: FloatArray, robot_pos: FloatArray, robot_rotation:
 
 
 class StoppedMotion(MechanismMotion, Protocol):
-    """Mechanism with two hard stops."""
+    """Motion of a mechanism, with the positions of the hard stops."""
 
     @property
     def stops(self) -> tuple[float, float]:
-        """Positions of the lower and upper hard stop [rad]."""
+        """Positions of the lower and upper hard stop [rad]; infinite without a stop."""
         ...
 
 
@@ -149,19 +156,20 @@ class IntakeConfig:
     zone: IntakeZone
     """Zone in the robot frame, or in the frame after the last of `joints`."""
     roller: str | None = None
-    """Mechanism of the roller that pulls pieces in; None for an intake that takes pieces without a roller."""
+    """Name of the roller mechanism that pulls in pieces; None for an intake without a roller."""
     roller_speed: float = math.tau
-    """Roller speed above which the intake takes pieces [rad/s]."""
+    """Roller speed in the intake direction above which the intake takes in pieces [rad/s]."""
     roller_reversed: bool = False
-    """Whether the roller pulls pieces in while turning backward."""
+    """Whether the roller pulls in pieces when the mechanism turns backward."""
     deploy: str | None = None
-    """Mechanism that deploys the intake; None for an intake that is always deployed."""
+    """Name of the mechanism that deploys the intake; None for an intake that is always deployed."""
     deployed_at: Literal["upper", "lower"] = "upper"
     """Hard stop of `deploy` at which the intake is deployed."""
     joints: tuple[Joint, ...] = ()
     """Joints that move the zone; empty for a zone fixed to the robot."""
     stretch: Joint | None = None
-    """Slide joint whose travel from shaft angle zero extends the zone; None for a zone of constant size."""
+    """Slide joint that extends the zone along the joint axis; None for a zone of constant size. `zone` is
+    the zone at shaft angle zero."""
     storage: str = ""
     """Name of the storage that the intake fills; empty for the robot's first storage."""
     kinds: tuple[str, ...] = ()
@@ -174,13 +182,13 @@ class IntakeConfig:
 
     @property
     def mechanism_names(self) -> tuple[str | None, ...]:
-        """Names of the mechanisms that the intake uses; may contain None."""
+        """Names of the mechanisms that the intake uses; None in place of a missing roller, deployment or stretch."""
         stretch = None if self.stretch is None else self.stretch.mechanism
         return (self.roller, self.deploy, stretch, *(joint.mechanism for joint in self.joints))
 
 
 class Intake:
-    """One intake of a robot.
+    """Intake of a robot, with the zone at the current positions of the mechanisms.
 
     Args:
         config: Config of the intake.
@@ -201,7 +209,7 @@ class Intake:
 
     @property
     def is_active(self) -> bool:
-        """Whether the intake is deployed and the roller, if any, turns faster than `roller_speed` to pull pieces in."""
+        """Whether the intake is deployed, and the roller, if any, turns inward faster than `roller_speed`."""
         c = self.config
         if c.roller is not None:
             forward = self._mechanisms[c.roller].velocity
@@ -214,7 +222,10 @@ class Intake:
 
     @property
     def corners(self) -> tuple[Vector, Vector]:
-        """Low and high corners of the zone at the current extension, in the frame after the last joint [m]."""
+        """Corners of the zone at the current extension with the smallest and largest coordinates [m].
+
+        The frame is the frame after the last of `IntakeConfig.joints`, or the robot frame without joints.
+        """
         low, high = self.config.zone.corners
         stretch = self.config.stretch
         if stretch is None:
@@ -234,7 +245,7 @@ class Intake:
 
     @property
     def around(self) -> tuple[Vector, Vector, float]:
-        """Bounding sphere of the zone: centers a tick ago and now, robot frame, and radius [m]."""
+        """Bounding sphere of the zone: center a tick ago, current center and radius, robot frame [m]."""
         middle, radius = _ball(*self.corners)
         if not self.config.joints:
             return middle, middle, radius
@@ -242,14 +253,15 @@ class Intake:
         return on_part(self._part_before or part, middle), on_part(part, middle), radius
 
     def pass_tick(self) -> None:
-        """Record the zone's current pose in a tick without pieces to test."""
+        """Record the current pose of the zone; call this method in a tick without a call of `captured`."""
         if self.config.joints:
             self._part_before = part_pose(self.config.joints, self._mechanisms)
 
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
-        """Return whether the intake takes each piece: those in the zone, and those that passed through in this tick.
+        """Return whether the intake takes in each piece, and record the current pose of the zone.
 
-        Call either this or `pass_tick` once per tick.
+        An active intake takes in pieces that are in the zone or passed through the zone in this tick. Call either this
+        method or `pass_tick` once per tick.
 
         Args:
             prev_robot: Centers of the pieces a tick ago, in the robot frame of that time [m], shape (n, 3).
@@ -268,7 +280,7 @@ class Intake:
 
 
 def on_part(part: tuple[Vector, Quaternion], point: Vector) -> Vector:
-    """Transform a point from the frame of a part to the frame in which the part's pose is given [m]."""
+    """Transform a point [m] from the frame of a part to the reference frame of the part's pose."""
     (x, y, z), quat = part
     dx, dy, dz = rotate(quat, point)
     return x + dx, y + dy, z + dz

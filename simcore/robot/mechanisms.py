@@ -1,8 +1,8 @@
 """Mechanisms: arms, elevators, flywheels, racks and rollers on motor-driven shafts; pneumatic cylinders and servos.
 
-A shaft is a record in the arrays of the loop, which steps the shaft together with its robot; `step` advances a shaft
-without a robot. A step of the loop is exact for a motor at constant voltage; current limits, reversing friction and
-hard stops are evaluated every millisecond.
+A shaft is a record in the arrays of the loop. The loop steps the shafts of a robot together with the robot; `step`
+advances a shaft without a robot. A step is exact for a motor at constant voltage. The loop evaluates current limits,
+friction reversals and hard stops every millisecond.
 """
 
 from __future__ import annotations
@@ -61,13 +61,13 @@ _USUAL_VOLTS = 1e3  # [V]; larger values take the slow check
 
 
 class ShaftSim:
-    """Shaft with motors, a gear and an inertia, and optional load, friction, current limits and hard stops.
+    """Shaft with motors, gears and an inertia, and with optional load, friction, current limits and hard stops.
 
     Args:
         gearbox: Motors and gears.
         inertia: Moment of inertia of all turning parts, referred to the mechanism [kg m^2].
-        lower_stop: Position of the lower hard stop [rad]; impacts on hard stops are fully inelastic.
-        upper_stop: Position of the upper hard stop [rad].
+        lower_stop: Position of the lower hard stop [rad], minus infinity without a stop; impacts are fully inelastic.
+        upper_stop: Position of the upper hard stop [rad], infinity without a stop.
         position: Initial position [rad].
 
     Raises:
@@ -100,7 +100,7 @@ class ShaftSim:
         self.gearing = gearbox.gearing
         """Rotor turns per turn of the mechanism [-]."""
         self.motors = gearbox.motors
-        """Number of motors that share the current."""
+        """Number of motors on the shaft."""
         self.stops = lower_stop, upper_stop
         """Positions of the lower and upper hard stop [rad]; infinite without a stop."""
         self.record = records(SHAFT)
@@ -157,8 +157,11 @@ class ShaftSim:
 
     @property
     def volts(self) -> float:
-        """Commanded voltage before the limit by the battery, or the voltage of a commanded duty cycle [V]."""
-        return float(self._record["volts"][0] if self._mode[0] == DUTY else self._value[0])
+        """Commanded voltage [V], which may exceed the battery voltage.
+
+        Without a commanded voltage, as for a duty cycle, the value is the motor voltage in the last step.
+        """
+        return float(self._value[0] if self._mode[0] == VOLTS else self._record["volts"][0])
 
     @property
     def motor_output(self) -> tuple[float, float]:
@@ -177,7 +180,7 @@ class ShaftSim:
 
     @property
     def time_constant(self) -> float:
-        """Time constant of the speed at constant voltage: time to 63 % of a change [s]."""
+        """Time constant of the speed at constant voltage [s]: the time in which the speed makes 63 % of a change."""
         box = self.gearbox
         return box.resistance * self.inertia / (box.torque_per_amp * box.volts_per_speed)
 
@@ -187,7 +190,7 @@ class ShaftSim:
         return 0.5 * self.inertia * self.velocity * self.velocity
 
     def set_volts(self, volts: float) -> None:
-        """Apply a voltage [V] from the next step on; zero volts brake.
+        """Command a voltage [V] from the next step on; at zero volts, the motors brake.
 
         Raises:
             NonFiniteError: If `volts` is NaN or infinite.
@@ -197,7 +200,7 @@ class ShaftSim:
         self._mode[0], self._value[0], self._brakes[0] = VOLTS, volts, 1
 
     def set_duty_cycle(self, share: float) -> None:
-        """Apply a duty cycle, clamped to -1..1, from the next step on; zero brakes.
+        """Command a duty cycle, clamped to -1..1, from the next step on; at zero, the motors brake.
 
         Raises:
             NonFiniteError: If `share` is NaN or infinite.
@@ -207,11 +210,15 @@ class ShaftSim:
 
     @property
     def load_torque(self) -> float:
-        """External torque on the mechanism, positive along positive motion [N m]."""
+        """External torque on the mechanism, positive along positive motion [N m]; an elevator adds the weight."""
         return float(self.record["request"]["load"][0])
 
     def set_load(self, torque: float) -> None:
-        """Apply an external torque [N m] to the mechanism, positive along positive motion, from the next step on."""
+        """Apply an external torque [N m] to the mechanism, positive along positive motion, from the next step on.
+
+        Raises:
+            NonFiniteError: If `torque` is NaN or infinite.
+        """
         self.record["request"]["load"] = checked_number(f"{type(self).__name__}: load torque", torque)
 
     def keep_limits(self, stator: float, supply: float) -> None:
@@ -221,12 +228,20 @@ class ShaftSim:
         request["supply_limit"] = min(supply, box.supply_current_limit)
 
     def coast(self) -> None:
-        """Coast: leave the motor circuit open until the next command."""
+        """Open the motor circuit, so that the mechanism coasts until the next command."""
         request = self.record["request"]
         request["mode"], request["value"], request["brakes"] = NEUTRAL, 0.0, 0
 
     def reset(self, position: float = 0.0, velocity: float = 0.0) -> None:
-        """Set position [rad], clamped to the stops, and velocity [rad/s], and command zero volts."""
+        """Set position and velocity, command zero volts, and zero the mean currents.
+
+        Args:
+            position: New position, clamped to the stops [rad].
+            velocity: New velocity [rad/s].
+
+        Raises:
+            NonFiniteError: If an argument is NaN or infinite.
+        """
         position = checked_number(f"{type(self).__name__}: position", position)
         velocity = checked_number(f"{type(self).__name__}: velocity", velocity)
         lower, upper = self.stops
@@ -236,11 +251,12 @@ class ShaftSim:
         record["mean_current"] = record["mean_supply"] = 0.0
 
     def step(self, dt: float, battery_voltage: float = 12.0) -> None:
-        """Advance a mechanism without a robot by `dt`, with the last command: voltage, duty cycle, coast or servo goal.
+        """Advance a mechanism without a robot by `dt` under the last command.
 
         Args:
             dt: Duration, split into steps of at most 1 ms [s].
-            battery_voltage: Voltage at full duty cycle and largest motor voltage [V]; not used by pistons and servos.
+            battery_voltage: Battery voltage, which limits the motor voltage [V]; no effect on pistons and servos, which
+                have a separate supply.
 
         Raises:
             ConfigError: If `dt` is not positive and finite, or the battery voltage is negative or not finite.
@@ -256,13 +272,13 @@ class ShaftSim:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArmConfig:
-    """Config of an arm; angles are from the horizontal, positive up."""
+    """Config of a single-jointed arm; all angles are relative to the horizontal, positive up."""
 
     gearbox: GearboxConfig
     inertia: float
     """Moment of inertia about the joint, including rotors [kg m^2]."""
     mass: float = 0.0
-    """Mass of all swinging parts [kg]; 0 for an arm fully balanced by springs or a counterweight."""
+    """Mass of all parts that turn about the joint [kg]; 0 for an arm that springs or a counterweight fully balance."""
     center_of_mass: float = 0.0
     """Distance from the joint to the center of mass [m]."""
     min_angle: float
@@ -274,7 +290,7 @@ class ArmConfig:
     gravity: float = GRAVITY
     """Gravitational acceleration [m/s^2]; 0 for an arm that turns about a vertical axis."""
     spring_share: float = 0.0
-    """Fraction of the gravity torque that springs balance, independent of the angle [-]."""
+    """Fraction of the gravity torque that springs balance, equal at all angles [-]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -298,7 +314,7 @@ class ArmConfig:
 
     @property
     def weight_torque(self) -> float:
-        """Gravity torque about the joint while the arm is horizontal, less the share of the springs [N m]."""
+        """Gravity torque about the joint of the horizontal arm, minus the torque of the springs [N m]."""
         return self.mass * self.gravity * self.center_of_mass * (1.0 - self.spring_share)
 
     @property
@@ -308,7 +324,11 @@ class ArmConfig:
 
 
 class ArmSim(ShaftSim):
-    """Single-jointed arm: J dw/dt = motor + load - friction - (1 - spring_share) m g c cos(angle), all torques."""
+    """Single-jointed arm.
+
+    The torque balance is J dw/dt = motor + load - friction - (1 - spring_share) m g c cos(angle), where c is
+    `center_of_mass`.
+    """
 
     __slots__ = ("config",)
 
@@ -325,17 +345,17 @@ class ArmSim(ShaftSim):
 
     @property
     def holding_volts(self) -> float:
-        """Voltage that holds the arm at the current angle against gravity, without help by friction [V]."""
+        """Motor voltage that holds the arm at the current angle against gravity without friction [V]."""
         return self.gearbox.holding_volts(float(self.record["model"]["weight_torque"][0]) * math.cos(self.position))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElevatorConfig:
-    """Config of an elevator."""
+    """Config of an elevator: a carriage that a motor-driven drum lifts."""
 
     gearbox: GearboxConfig
     carriage_mass: float
-    """Mass of all lifted parts, including rotor inertia divided by the drum radius squared [kg]."""
+    """Mass of all parts that move with the carriage, plus rotor inertia over the drum radius squared [kg]."""
     drum_radius: float
     """Carriage travel per radian of the drum [m]."""
     min_height: float = 0.0
@@ -345,7 +365,7 @@ class ElevatorConfig:
     start_height: float | None = None
     """Initial height of the carriage [m]; None for the lower stop."""
     gravity: float = GRAVITY
-    """Gravitational acceleration along the elevator [m/s^2]."""
+    """Component of the gravitational acceleration along the elevator [m/s^2]."""
     spring_force: float = 0.0
     """Upward force of constant-force or gas springs [N]; may exceed the weight."""
 
@@ -369,19 +389,19 @@ class ElevatorConfig:
 
     @property
     def weight_torque(self) -> float:
-        """Torque at the drum needed to hold the carriage [N m]; negative if springs push the carriage up."""
+        """Drum torque that holds the carriage [N m]; negative if the spring force exceeds the weight."""
         return (self.carriage_mass * self.gravity - self.spring_force) * self.drum_radius
 
     @property
     def start(self) -> float:
-        """Initial height [m]."""
+        """Initial height of the carriage [m]."""
         return self.min_height if self.start_height is None else self.start_height
 
 
 class ElevatorSim(ShaftSim):
-    """Elevator; `position` is the angle of the drum, `height` the height of the carriage.
+    """Elevator with a carriage on a drum: `position` is the angle of the drum, and `height` is that of the carriage.
 
-    Gravity is constant, so a step at constant voltage is exact.
+    The weight is constant, so a step at constant voltage is exact.
     """
 
     __slots__ = ("_radius", "_weight_torque", "holding_volts")
@@ -398,11 +418,11 @@ class ElevatorSim(ShaftSim):
         self._radius = radius
         self._weight_torque = config.weight_torque
         self.holding_volts = config.gearbox.holding_volts(self._weight_torque)
-        """Voltage that holds the carriage against gravity, without help by friction [V]."""
+        """Motor voltage that holds the carriage against gravity without friction [V]."""
         self.set_load(0.0)
 
     def set_load(self, torque: float) -> None:
-        """Apply a torque [N m] to the drum in addition to the weight, positive along positive motion."""
+        """Apply a torque [N m] to the drum in addition to the weight, positive upward, from the next step on."""
         super().set_load(checked_number("ElevatorSim: load torque", torque) - self._weight_torque)
 
     @property
@@ -423,7 +443,7 @@ class ElevatorSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlywheelConfig:
-    """Config of a flywheel."""
+    """Config of a flywheel: gearbox and moment of inertia."""
 
     gearbox: GearboxConfig
     inertia: float
@@ -444,11 +464,11 @@ class FlywheelSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RackConfig:
-    """Config of a slide with rack and pinion; lengths are along the slide."""
+    """Config of a slide that a rack and pinion moves; all lengths are along the slide."""
 
     gearbox: GearboxConfig
     mass: float
-    """Mass of all sliding parts, including rotor inertia divided by the pinion radius squared [kg]."""
+    """Mass of all parts that move with the slide, plus rotor inertia over the pinion radius squared [kg]."""
     pinion_radius: float
     """Pitch radius of the pinion: slide travel per radian of the pinion [m]."""
     travel: float
@@ -465,7 +485,10 @@ class RackConfig:
 
 
 class RackSim(ShaftSim):
-    """Rack and pinion without gravity; `position` is the angle of the pinion, `extension` the travel of the slide."""
+    """Rack and pinion without gravity.
+
+    `position` is the angle of the pinion, and `extension` is the travel of the slide.
+    """
 
     __slots__ = ("_radius", "_travel")
 
@@ -488,7 +511,7 @@ class RackSim(ShaftSim):
 
     @property
     def extension(self) -> float:
-        """Distance from the inner stop [m]."""
+        """Distance of the slide from the inner hard stop [m]."""
         return self.position * self._radius
 
     @property
@@ -504,11 +527,11 @@ class RackSim(ShaftSim):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RollerConfig:
-    """Config of a roller."""
+    """Config of a roller: gearbox, moment of inertia and radius."""
 
     gearbox: GearboxConfig
     inertia: float
-    """Moment of inertia referred to the roller [kg m^2]."""
+    """Moment of inertia of roller, shafts and rotors, referred to the roller [kg m^2]."""
     radius: float
     """Outer radius of the roller, at the contact with pieces [m]."""
 
@@ -536,16 +559,17 @@ _SERVO_SPEED_UP = 0.02  # [s]; time constant of a servo that turns a light part.
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PistonConfig:
-    """Config of a pneumatic cylinder with a solenoid valve and a moved part."""
+    """Config of a pneumatic cylinder with a solenoid valve, which moves a part of the robot."""
 
     stroke: float
     """Distance from the retracted to the extended stop [m]."""
     stroke_time: float
-    """Time from one stop to the other, as set by the flow controls [s]."""
+    """Time from one stop to the other [s]; the flow controls determine this time."""
     is_double: bool = False
-    """Whether the valve has two coils and keeps its state without power; a single-coil valve has a return spring."""
+    """Whether the valve has two coils. A two-coil valve keeps the last state without power; a single-coil valve has a
+    return spring."""
     springs_out: bool = False
-    """Whether a single-coil valve extends the cylinder without power, instead of retracting it."""
+    """Whether the cylinder of a single-coil valve extends without power; False if the cylinder retracts."""
     starts_extended: bool = False
     """Whether the cylinder is extended at the start."""
 
@@ -556,15 +580,18 @@ class PistonConfig:
     def speed(self) -> float:
         """Final speed of the rod [m/s].
 
-        The travel from rest with a time constant tau is v (t - tau (1 - exp(-t / tau))), which equals the stroke at the
-        stroke time.
+        The rod starts at rest and approaches the final speed v with a time constant tau. The final speed makes the
+        travel v (t - tau (1 - exp(-t / tau))) equal to the stroke at the stroke time.
         """
         tau = _SPEED_UP * self.stroke_time
         return self.stroke / (self.stroke_time - tau * -math.expm1(-self.stroke_time / tau))
 
     @property
     def rack(self) -> RackConfig:
-        """Equivalent rack: the force of a throttled cylinder falls linearly with speed, like a DC motor's force."""
+        """Config of an equivalent rack.
+
+        The force of a throttled cylinder falls linearly with speed, like the force of a rack with a DC motor.
+        """
         # Only speed and time constant matter, so the mass is 1 kg and the force follows from the time constant.
         force = self.speed / (_SPEED_UP * self.stroke_time)
         motor = MotorModel(
@@ -585,10 +612,10 @@ class PistonConfig:
 
 
 class PistonSim(RackSim):
-    """Pneumatic cylinder; `position` and `extension` are the travel of the rod [m], `volts` is 12 or -12.
+    """Pneumatic cylinder; `position` and `extension` are the travel of the rod [m].
 
-    12 V extend the rod, -12 V retract it. The air supply is unlimited: the model ignores compressor, tanks and the
-    coil's current (0.3 A).
+    A voltage of 12 V extends the rod, and -12 V retracts the rod. The air supply is unlimited. The model ignores
+    compressor, tanks and the current of the coils (0.3 A).
 
     >>> piston = PistonSim(PistonConfig(stroke=0.2, stroke_time=0.4))
     >>> piston.set_volts(12.0)
@@ -607,9 +634,9 @@ class PistonSim(RackSim):
         super().set_volts(_VALVE_VOLTS if config.starts_extended else -_VALVE_VOLTS)
 
     def set_volts(self, volts: float) -> None:
-        """Power the valve: a positive voltage extends the rod, a negative voltage retracts it.
+        """Power the valve: a positive voltage extends the rod, and a negative voltage retracts the rod.
 
-        At zero volts a single-coil valve returns by its spring, and a valve with two coils keeps its state.
+        At zero volts, a spring returns a single-coil valve to the idle state. A two-coil valve keeps the last state.
         """
         volts = checked_number("PistonSim: volts", volts)
         if volts == 0.0:
@@ -618,7 +645,7 @@ class PistonSim(RackSim):
             super().set_volts(math.copysign(_VALVE_VOLTS, volts))
 
     def coast(self) -> None:
-        """Cut the power of the valve."""
+        """Cut the power of the valve, like `set_volts` with zero volts."""
         self.set_volts(0.0)
 
 
@@ -631,7 +658,7 @@ class ServoConfig:
     max_angle: float
     """Angle at the upper end of the travel [rad]."""
     speed: float
-    """No-load speed at 6 V [rad/s]; datasheets state the time for 60 degrees."""
+    """No-load speed at 6 V [rad/s]. Datasheets usually give the time for 60 degrees instead."""
     start_angle: float | None = None
     """Initial angle [rad]; None for the lower end."""
 
@@ -642,7 +669,10 @@ class ServoConfig:
 
     @property
     def arm(self) -> ArmConfig:
-        """Equivalent weightless arm, with the servo's motor and gear and an inertia that matches the time constant."""
+        """Config of an equivalent arm without weight.
+
+        The gearbox has the torque and speed of the servo, and the inertia gives the arm the time constant of the servo.
+        """
         motor = MotorModel(
             name="servo",
             nominal_voltage=_SERVO_VOLTS,
@@ -661,10 +691,10 @@ class ServoConfig:
 
 
 class ServoSim(ArmSim):
-    """Servo with an internal controller that drives the servo to `goal`; without a signal the servo holds its position.
+    """Servo with an internal position controller; without a signal, the servo holds the current angle.
 
-    The controller is proportional, with the highest gain that does not overshoot: (volts / speed) / (4 tau) for a motor
-    with the time constant tau. The last 4 tau of a motion are slower.
+    The controller is proportional. The gain is the highest gain without overshoot: (volts / speed) / (4 tau) for a
+    motor with the time constant tau. The servo slows down in the last 4 tau of a motion.
 
     >>> servo = ServoSim(ServoConfig(min_angle=0.0, max_angle=1.0, speed=8.0))
     >>> servo.set_goal(0.5)
@@ -696,7 +726,7 @@ class ServoSim(ArmSim):
         request["mode"], request["value"], request["brakes"] = TARGET, min(max(angle, lower), upper), 1
 
     def coast(self) -> None:
-        """Cut the signal; the gear then holds the servo in place."""
+        """Cut the signal: the servo stops at once, and the gears hold the angle."""
         super().coast()
         self.velocity = 0.0
 
@@ -708,8 +738,8 @@ _SPIN_UP = 0.05  # [s]; time constant of a mechanism without a kA. Estimate: rol
 class GuessedMechanism:
     """Mechanism of a group of motor controllers, guessed from the controllers' configuration.
 
-    The guess makes at-setpoint logic work: velocity loops spin up, position loops reach their setpoints, and gravity
-    gains have a matching weight. `simcore.toml` describes the real mechanism.
+    With a guessed mechanism, velocity and position loops reach their setpoints, so at-setpoint checks in robot code
+    work. A gravity gain implies a matching weight. A table in `simcore.toml` can describe the real mechanism instead.
     """
 
     mechanism: ShaftSim
@@ -717,7 +747,7 @@ class GuessedMechanism:
     arm_gain: str = "kG"
     """Name of the gain that holds an arm against gravity."""
     sensors: tuple[DeviceKey, ...] = ()
-    """Other devices that report the mechanism's position."""
+    """Model and address of each other device that reports the position of the mechanism."""
 
     has_wired_sensor: bool = False
     """Whether an encoder wired to the controller reports the mechanism's position."""
@@ -736,7 +766,7 @@ class GuessedMechanism:
 
 
 def guessed_inertia(gearbox: GearboxConfig, spin_up: float = _SPIN_UP) -> float:
-    """Compute the moment of inertia at the mechanism for a time constant of `spin_up` [s] [kg m^2]."""
+    """Compute the moment of inertia at the mechanism that gives a speed time constant of `spin_up` seconds [kg m^2]."""
     return spin_up * gearbox.torque_per_amp / gearbox.resistance * gearbox.volts_per_speed
 
 
@@ -749,9 +779,11 @@ def guessed_shaft(
     weight: float = 0.0,
     arm: tuple[float, float] | None = None,
 ) -> ShaftSim:
-    """Build a shaft from a controller's gains; a shaft with weight starts at rest on a hard stop.
+    """Build a shaft at rest with friction, inertia and weight from a controller's gains.
 
-    A shaft whose weight pulls up (negative kG: a spring, or a position that counts down) starts on the upper stop.
+    A shaft with a constant weight starts at position 0 on a hard stop. The stop is the lower stop for a positive
+    kG, and the upper stop for a negative kG. A negative kG means that a spring pulls up, or that the position decreases
+    upward.
 
     Args:
         gearbox: Motors and gears.
@@ -759,7 +791,7 @@ def guessed_shaft(
         kv: Gain kV, in the velocity unit of `ka`; the time constant is ka / kv, or 50 ms if either gain is 0.
         ka: Gain kA, in the velocity unit of `kv`.
         weight: Gain kG, for an arm at the horizontal [V]; 0 for a shaft without weight or stops.
-        arm: Lower stop and initial angle of an arm [rad]; None for a load that does not depend on the angle.
+        arm: Lower stop and initial angle of an arm [rad]; None for a weight that does not depend on the position.
     """
     friction = friction_from_volts(gearbox, static) if static else default_friction(gearbox)
     gearbox = replace(gearbox, friction_torque=friction)

@@ -1,7 +1,7 @@
-"""Placers: claws or roller pairs at the end of arms and elevators that hold and release a single game piece.
+"""Placers: grippers that hold and release one game piece, such as a claw at the end of an arm or elevator.
 
-A held piece moves with the placer. A released piece starts with the position and velocity at the release, and the world
-moves the piece from then on.
+A held piece moves with the placer. At the release, the piece has the position and velocity of the placer; the world
+simulates the motion after the release.
 """
 
 from __future__ import annotations
@@ -33,13 +33,14 @@ class PlacerConfig:
     attitude: Quaternion = IDENTITY
     """Attitude of the held piece in the frame after the last joint, quaternion x, y, z, w."""
     roller: str
-    """Mechanism that takes and releases pieces: rollers, or the jaw of a claw."""
+    """Name of the mechanism that takes and releases pieces: rollers, or the jaw of a claw."""
     take_speed: float = math.tau
     """Forward speed of the roller above which the placer takes a piece [rad/s]."""
     release_speed: float = math.tau
     """Backward speed of the roller above which the placer releases the piece [rad/s]."""
     passes_through: bool = False
-    """Whether the roller, after a stop, also releases the piece by turning forward faster than `release_speed`."""
+    """Whether the placer also releases the piece when the roller stops and then turns forward faster than
+    `release_speed`."""
     zone: IntakeZone
     """Zone in which the placer takes a piece, in the frame after the last joint."""
     from_storage: bool = False
@@ -47,7 +48,8 @@ class PlacerConfig:
     storage: str = ""
     """Name of the storage that supplies pieces; empty for the robot's first storage."""
     handover: Vector | None = None
-    """Point at which the storage hands over pieces if the zone contains it, robot frame [m]; None for any position."""
+    """Handover point of the storage, robot frame [m]. The placer takes a piece from the storage while the zone contains
+    this point; None if the placer takes pieces from the storage at any position."""
     kinds: tuple[str, ...] = ()
     """Kinds of pieces that the placer takes; empty for all kinds."""
 
@@ -70,7 +72,7 @@ class PlacerConfig:
 
 
 class Placer:
-    """One placer of a robot.
+    """Placer of a robot, which holds at most one piece.
 
     Args:
         config: Config of the placer.
@@ -92,7 +94,7 @@ class Placer:
     def takes(self) -> bool:
         """Whether the placer is empty and the roller turns forward faster than `take_speed`.
 
-        With `passes_through`, the roller must also have stopped since the last take or release.
+        With `passes_through`, the roller must also have been slow since the last take or release; see `note_roller`.
         """
         if self.piece is not None or (self.config.passes_through and not self._has_stopped):
             return False
@@ -100,13 +102,13 @@ class Placer:
 
     @property
     def is_at_handover(self) -> bool:
-        """Whether a storage can hand a piece to the placer at the placer's current position."""
+        """Whether the placer uses a storage and is at a position for the handover; see `PlacerConfig.handover`."""
         place = self.config.handover
         return self.config.from_storage and (place is None or bool(self.captured(np.array([place]))[0]))
 
     @property
     def releases(self) -> bool:
-        """Whether the placer holds a piece and the roller turns in a direction that releases the piece."""
+        """Whether the placer holds a piece and the roller turns fast enough in a direction that releases the piece."""
         if self.piece is None:
             return False
         velocity = self._mechanisms[self.config.roller].velocity
@@ -115,18 +117,18 @@ class Placer:
         return velocity < -self.config.release_speed
 
     def note_roller(self) -> None:
-        """Record whether the roller has been slow since the last take or release; call once per tick."""
+        """Record if the roller is slower than `take_speed` and `release_speed`; call this method once per tick."""
         slow = min(self.config.take_speed, self.config.release_speed)
         if abs(self._mechanisms[self.config.roller].velocity) < slow:
             self._has_stopped = True
 
     def take(self, slot: int) -> None:
-        """Take the piece with the given slot."""
+        """Hold the piece in slot `slot` of the piece pool from now on."""
         self.piece = slot
         self._has_stopped = False
 
     def let_go(self) -> int:
-        """Release the held piece and return its slot."""
+        """Empty the placer, and return the slot of the released piece."""
         assert self.piece is not None
         slot, self.piece = self.piece, None
         self._has_stopped = False
@@ -134,7 +136,10 @@ class Placer:
 
     @property
     def around(self) -> tuple[Vector, Vector, float]:
-        """Bounding sphere of the zone, as in `Intake.around`; both centers are the current center."""
+        """Bounding sphere of the zone: previous center, current center and radius, robot frame [m].
+
+        The previous center is equal to the current center, because a placer does not test the paths of pieces.
+        """
         middle, radius = self.config.zone.ball
         now = on_part(part_pose(self.config.joints, self._mechanisms), middle)
         return now, now, radius
@@ -144,11 +149,14 @@ class Placer:
 
         Args:
             pos_robot: Centers of the pieces, robot frame [m], shape (n, 3).
+
+        Returns:
+            Mask, shape (n,).
         """
         pos, quat = part_pose(self.config.joints, self._mechanisms)
         return self.config.zone.contains((pos_robot - np.array(pos)) @ matrix(quat))
 
     def held_state(self) -> PartState:
-        """Return the pose and motion of the held piece relative to the robot, robot frame."""
+        """Return the pose and motion of a held piece in the robot frame, relative to the robot."""
         state = part_state(self.config.joints, self._mechanisms, self.config.offset)
         return state._replace(quat=multiply(state.quat, self.config.attitude))

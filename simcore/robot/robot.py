@@ -40,11 +40,12 @@ __all__ = [
 class SwerveOdometry:
     """Pose estimate from wheel travel and gyro yaw, as in WPILib's SwerveDriveOdometry.
 
-    Between two samples each module travels d_i along its steer angle. The chassis moves along an arc by the twist
-    (dx, dy, dyaw): dyaw comes from the gyro, and dx and dy are the least-squares fit to all d_i.
+    Between two samples, module i travels a distance d_i in the direction of the steer angle. The chassis moves along an
+    arc by the twist (dx, dy, dyaw): dyaw comes from the gyro, and dx and dy are the least-squares fit to all d_i. Tank
+    and mecanum drives have wheels instead of modules.
 
     Args:
-        positions: Positions of the modules, robot frame [m].
+        positions: Positions of the modules, relative to the point whose pose is estimated, robot axes [m].
         pose: Initial pose, field frame [m, m, rad].
     """
 
@@ -76,7 +77,7 @@ class SwerveOdometry:
         require_row("odometry", "distances", distances, (ANGLE,) * len(self._positions))
         require("odometry", "gyro_yaw", pose[2] if gyro_yaw is None else gyro_yaw, ANGLE)
         self.pose = pose
-        """Pose estimate, field frame [m, m, rad]; the heading is continuous."""
+        """Pose estimate, field frame [m, m, rad]; the heading is continuous over turns."""
         self._distances = [float(d) for d in distances]
         self._offset = pose[2] - (pose[2] if gyro_yaw is None else gyro_yaw)
 
@@ -123,18 +124,18 @@ _MASS_BIT = 1e-6  # [kg]
 class MassBalance:
     """Mass and momentum balance of a robot with pieces and moving mechanisms.
 
-    Once per tick, before motion, the balance passes changed mass, center of mass and inertia to the loop. The pose of
-    the robot's body stays. The velocity follows from conservation laws:
+    Once per tick, before the motion, `update` passes a changed mass distribution to the chassis. The pose of the robot
+    does not change. The new velocity follows from conservation laws:
 
-    - An incoming piece adds momentum to the robot; a launched or released piece removes momentum. Linear momentum, and
-      angular momentum about the common center of mass, are conserved: intake is an inelastic impact, a launch has
-      recoil.
+    - An incoming piece adds momentum to the robot; a launched or released piece removes momentum. Linear momentum and
+      angular momentum about the common center of mass are conserved: an intake is an inelastic impact, and a launch
+      causes recoil.
     - Mass that moves within the robot changes neither linear nor angular momentum: an arm that extends slows a turn.
       The model ignores the reaction on the body while the arm accelerates and decelerates.
     - Pieces that the drive team puts in or takes out have the velocity of the robot.
 
     Args:
-        body: Robot without moving masses; see `RobotConfig.bare_body`.
+        body: Mass distribution of the robot without moving masses; see `RobotConfig.bare_body`.
         parts: Moving masses.
         mechanisms: Mechanisms of the robot, by name.
         storages: Storages of the robot.
@@ -167,8 +168,8 @@ class MassBalance:
 
         Args:
             mass: Mass of the piece [kg]; negative for a piece that left.
-            pos: Position of the piece at that moment, field frame [m].
-            vel: Velocity of the piece at that moment, field frame [m/s].
+            pos: Position of the piece at the time of entry or exit, field frame [m].
+            vel: Velocity of the piece at the time of entry or exit, field frame [m/s].
         """
         self._exchanged.append((mass, pos, vel))
 
@@ -195,7 +196,10 @@ class MassBalance:
         return with_points(self._laden, points) if points else self._laden
 
     def update(self, masses: FloatArray, radii: FloatArray) -> None:
-        """Pass a changed mass distribution to the chassis, between two steps; the arguments are those of `now`."""
+        """Pass a changed mass distribution and the new velocity to the chassis; the arguments are those of `now`.
+
+        Call this method between two steps of the loop.
+        """
         old, new = self._chassis.distribution, self.now(masses, radii)
         exchanged = self._exchanged
         if new == old and not exchanged:
@@ -206,7 +210,16 @@ class MassBalance:
     def _velocity(
         self, old: MassDistribution, new: MassDistribution, exchanged: Sequence[tuple[float, Vector, Vector]]
     ) -> tuple[Vector, Vector]:
-        """Compute the velocity of the new center of mass and the angular velocity, field frame [m/s, rad/s]."""
+        """Compute the velocities of the robot with the new mass distribution from the conservation laws.
+
+        Args:
+            old: Mass distribution before the change.
+            new: Mass distribution after the change.
+            exchanged: Mass [kg], position [m] and velocity [m/s] of each piece that entered or left, field frame.
+
+        Returns:
+            Velocity of the new center of mass [m/s], and angular velocity [rad/s], field frame.
+        """
         c = self._chassis
         ox, oy, oz = rotate(c.quat, old.center)
         (vx, vy, vz), (wx, wy, wz) = c.vel, c.rate
@@ -243,33 +256,35 @@ class NamedMechanisms(dict[str, ShaftSim]):
 
 
 class RobotDevices(Protocol):
-    """Motor controllers and sensors of the robot code that drives a robot."""
+    """Motor controllers and sensors that robot code uses on a robot."""
 
     def step(self, h: float, yaw_rate: float) -> None:
-        """Read the supply voltage, and command mechanisms and drivetrain for the coming motion.
+        """Apply the outputs of the motor controllers to mechanisms and drivetrain, before a motion of the robot.
+
+        The devices also read the battery voltage.
 
         Args:
-            h: Duration of the coming motion, at most 5 ms [s].
-            yaw_rate: Yaw rate of the robot after the last tire step [rad/s].
+            h: Duration of the motion, at most 5 ms [s].
+            yaw_rate: Yaw rate of the robot after the last step of the loop [rad/s].
         """
         ...
 
     def write(self) -> None:
-        """Update the sensor readings in robot code after a part of a tick."""
+        """Update the sensor readings in robot code after a motion of the robot."""
         ...
 
 
 class Robot:
-    """Robot with all parts and devices; several robots share only the world.
+    """Robot in a world, with all parts and devices.
 
     Args:
-        world: World that contains the robot.
+        world: World to which the constructor adds the robot; several robots can share a world.
         config: Config of the robot.
-        rng: Random generator for sensor noise.
-        number: Index in the list of robots; also marks the pieces that the robot holds.
+        rng: Random generator for the errors of the gyro.
+        number: Index in the list of robots.
         pose: Start pose, field frame [m, m, rad].
-        rungs: Rungs that climbers can hang on.
-        mounts: Hanging bodies that carry rungs, by name.
+        rungs: Rungs on which climbers can hang.
+        mounts: Hanging bodies with rungs, by name.
         built: Robot as actually built; None for a robot exactly as in the config.
     """
 
@@ -293,7 +308,7 @@ class Robot:
         drivetrain = config.drivetrain
         self.drive = build_drivetrain(drivetrain, battery=self.battery, built=built.drivetrain)
         self.mechanisms = NamedMechanisms({name: build_mechanism(c) for name, c in built.mechanisms.items()})
-        """Mechanisms by name, in the order of stepping."""
+        """Mechanisms by name, in the order of `RobotConfig.mechanisms`."""
         self.chassis = ChassisSimulation(
             *(world, config.body),
             pose=pose,
@@ -303,14 +318,14 @@ class Robot:
             mass=config.whole,
         )
         self.gyro = Gyro(built.gyro, rng)
-        self.odometry = SwerveOdometry(drivetrain.positions)
+        self.odometry = SwerveOdometry(drivetrain.wheel_positions)
         self.intakes = [Intake(c, self.mechanisms) for c in config.intakes]
         self.storage = Storage(config.storage, lambda: world.balls.balls)
-        """First storage of the robot."""
+        """First storage of the robot, for preloads and for parts that name no storage."""
         self._storages = {"": self.storage, config.storage.name: self.storage}
         self._storages |= {c.name: Storage(c, lambda: world.balls.balls) for c in config.more_storages}
         self.storages = list(dict.fromkeys(self._storages.values()))
-        """All storages, in order, beginning with `storage`."""
+        """All storages: first `storage`, then the storages of `RobotConfig.more_storages`."""
         self._hoppers = [storage for storage in self.storages if storage.hopper is not None]
         self.shooters = [
             Shooter(c, self.mechanisms, errors) for c, errors in zip(config.shooters, built.shot_errors, strict=True)
@@ -320,29 +335,35 @@ class Robot:
         self.balance = MassBalance(
             *(config.bare_body, config.moving_masses, self.mechanisms, self.storages, self.placers, self.chassis)
         )
-        """Balance of mass and momentum with held pieces and moving mechanisms."""
+        """Mass and momentum balance, which updates the chassis for held pieces and moving masses."""
         self.devices: RobotDevices | None = None
-        """Devices of robot code; None without robot code."""
+        """Motor controllers and sensors of robot code; None without robot code."""
         self.channels: list[Channel] = []
-        """Telemetry channels of robot code; each key is appended to the robot's key."""
+        """Telemetry channels of robot code; a published key is the key of the robot plus the key of the channel."""
         self.sensor_states: dict[str, bool] = {}
         """Whether each switch and beam break of robot code is triggered, by name; for telemetry."""
         self.light_colors: dict[str, IntArray] = {}
-        """Colors of robot code's lights, by name: 0xRRGGBB of each LED, shape (n,); for telemetry."""
+        """LED colors of each light of robot code, 0xRRGGBB, shape (n,), by name of the light; for telemetry."""
         self.light_requests: dict[str, str] = {}
-        """Current requests to robot code's lights as text, by name; for telemetry."""
+        """Text of the current request to each light of robot code, by name of the light; for telemetry."""
         self.brownouts = BrownoutLog(number, self.battery, self._consumers)
-        """Log of brown-outs."""
+        """Log of brownouts and roboRIO resets."""
         self.setpoints: dict[str, float] = {}
-        """Setpoints of closed loops, by mechanism and quantity in a telemetry name, for example `HoodPositionRot`."""
+        """Setpoints of closed loops, by telemetry name: mechanism, quantity and unit, for example `HoodPositionRot`."""
         self.module_setpoints: FloatArray | None = None
-        """Speed [m/s] and steer angle [rad] that robot code sets for each module, shape (n, 2); None if not set."""
+        """Setpoints of robot code for the modules: rows of wheel speed [m/s] and steer angle [rad], shape (n, 2).
+
+        None if robot code publishes no setpoints.
+        """
         self.estimated_pose: tuple[float, float, float] | None = None
         """Pose estimate of robot code's drivetrain, field frame [m, m, rad]; None to use `odometry` instead."""
         self.require_place: Callable[[Pose], object] | None = None
-        """Function that raises an error for a pose where the robot cannot stand; called before each placement."""
+        """Function that raises an error for a pose where the robot cannot stand; None for no check.
+
+        `reset` and `carry_to` call this function before the placement.
+        """
         self.on_put: Callable[[str], object] | None = None
-        """Callback after each placement, with the argument `carried` or `reset`."""
+        """Callback after each placement; None for no callback. The argument is the reason, `carried` or `reset`."""
         self._estimated: list[ShaftSim] = []
         self._is_carried = False  # whether any climber was near a rung in the last sub-step
         self._before: PartState
@@ -358,7 +379,7 @@ class Robot:
 
         Args:
             pose: New pose, field frame [m, m, rad].
-            believed: Intended pose, to which gyro and odometry are set; None for `pose`.
+            believed: Pose for gyro and odometry, where the drive team intended to place the robot; None for `pose`.
 
         Raises:
             NonFiniteError: If the pose is not finite; the robot is left unchanged.
@@ -375,7 +396,7 @@ class Robot:
 
         Args:
             pose: New pose, field frame [m, m, rad].
-            believed: Intended pose, to which odometry is set; None for `pose`.
+            believed: Pose for odometry, where the drive team intended to place the robot; None for `pose`.
 
         Raises:
             NonFiniteError: If the pose is not finite; the robot is left unchanged.
@@ -386,12 +407,19 @@ class Robot:
         self.put(pose, believed=believed)
 
     def put(self, pose: Pose, *, believed: Pose | None) -> None:
-        """Place the robot like `carry_to`, without the check that the robot can stand at the pose."""
+        """Place the robot like `carry_to`, but without a check of the pose by `require_place`."""
         self.chassis.set_pose(*pose)
         self._note_put(pose, believed, self.gyro.yaw, "carried")
 
     def _note_put(self, pose: Pose, believed: Pose | None, yaw: float, reason: str) -> None:
-        """Reset gyro and odometry after a placement, and call `on_put`; `yaw` is the new gyro reading [rad]."""
+        """Reset gyro and odometry after a placement, and call `on_put`.
+
+        Args:
+            pose: True pose after the placement, field frame [m, m, rad].
+            believed: Pose for odometry [m, m, rad]; None for `pose`.
+            yaw: New reading of the gyro [rad].
+            reason: Argument of `on_put`.
+        """
         self.gyro.reset(yaw=yaw, true_yaw=pose[2])
         self.odometry.reset(pose if believed is None else believed, gyro_yaw=yaw)
         self._start = None if believed is None else (pose, believed)
@@ -401,14 +429,14 @@ class Robot:
 
     @property
     def believed_pose(self) -> Pose:
-        """Pose estimate of robot code if available, otherwise of `odometry`, field frame [m, m, rad]."""
+        """Pose estimate of robot code, or of `odometry` if robot code has none, field frame [m, m, rad]."""
         return self.estimated_pose or self.odometry.pose
 
     @property
     def reckoned_pose(self) -> Pose:
         """Pose that odometry without any error would estimate, field frame [m, m, rad].
 
-        This is the true pose, unless the robot was placed at a different pose than intended.
+        The result is the true pose, unless the last placement was not at the intended pose.
         """
         pose = self.chassis.pose
         if self._start is None:
@@ -419,7 +447,7 @@ class Robot:
         return bx + c * dx - s * dy, by + s * dx + c * dy, wrap_angle(pose[2] + turn)
 
     def sense(self, dt: float) -> None:
-        """Update gyro, odometry and devices after a motion of dt [s]."""
+        """Update the chassis state, gyro, odometry and sensor readings of the devices after a motion of `dt` [s]."""
         self.chassis.read()
         roll, pitch, yaw = self.chassis.roll_pitch_yaw
         self.gyro.step(dt, yaw, pitch, roll, self.chassis.robot_rate)
@@ -428,11 +456,14 @@ class Robot:
             self.devices.write()
 
     def connect(self, devices: RobotDevices) -> None:
-        """Connect the devices of robot code, which drive the robot from the next part of a tick on."""
+        """Connect the devices of robot code, which command the robot from the next call of `step_devices` on."""
         self.devices = devices
 
     def step_devices(self, h: float) -> None:
-        """Apply climber forces, and step robot code's devices and estimated mechanisms, before a motion of h [s]."""
+        """Apply climber forces, step the devices, and advance the estimated mechanisms, before a motion of `h` [s].
+
+        Estimated mechanisms coast while the robot is disabled or browned out.
+        """
         if self.climbers:
             self._let_climbers_push(h)
         if self.devices is not None:
@@ -457,7 +488,10 @@ class Robot:
     # --- mechanisms -----------------------------------------------------------------------------------------------
 
     def add_estimated_mechanism(self, mechanism: ShaftSim) -> None:
-        """Add a mechanism with estimated parameters; `step_devices` advances the mechanism without battery current."""
+        """Add a mechanism with estimated parameters, which draws no current from the battery of the robot.
+
+        `step_devices` advances the mechanism.
+        """
         self._estimated.append(mechanism)
 
     def remove_estimated_mechanism(self, mechanism: ShaftSim) -> None:
@@ -465,7 +499,7 @@ class Robot:
         self._estimated.remove(mechanism)
 
     def _consumers(self) -> dict[str, float]:
-        """Return the supply current of each mechanism and of the drive at the start of the last brown-out [A]."""
+        """Return the supply currents at the start of the last brownout or reset, by mechanism name or `drive` [A]."""
         drawn = {name: float(mechanism.record["noted_supply"][0]) for name, mechanism in self.mechanisms.items()}
         return drawn | {"drive": float(self.drive.shafts["noted_supply"].sum())}
 
@@ -525,12 +559,16 @@ class Robot:
         return rows
 
     def follow_hoppers(self, radii: FloatArray) -> None:
-        """Match the contents of hoppers to the storages; `radii` are the radii of all pieces, by slot [m]."""
+        """Update the balls in the hoppers after a change of the storages' contents.
+
+        Args:
+            radii: Radii of all pieces, by slot [m].
+        """
         for storage in self._hoppers:
             storage.follow([float(radii[slot]) for slot in storage.pieces])
 
     def advance_hoppers(self, gravity: float) -> list[str]:
-        """Advance the pieces in hoppers by the last tick, and return the names of the storages that jammed meanwhile.
+        """Advance the balls in hoppers by the last tick, and return the names of the storages that jammed in this tick.
 
         Args:
             gravity: Gravitational acceleration, downward [m/s^2].
@@ -552,7 +590,7 @@ class Robot:
         return jammed
 
     def begin_tick(self) -> None:
-        """Record the state at the start of a tick: motion, battery, aim of shooters and rollers of placers."""
+        """Start a tick: record the robot's motion and the shooters' aims, and update the battery and the placers."""
         self._before = self._motion
         self.battery.begin_tick()
         for shooter in self.shooters:
@@ -568,7 +606,8 @@ class Robot:
     def motion_at(self, share: float) -> PartState:
         """Interpolate the motion of the robot's origin within the last tick, field frame.
 
-        The error of the linear interpolation is at most 0.5 mm at 10 m/s^2, or at 2 m/s and 4 rad/s.
+        The position error of the linear interpolation is at most 0.5 mm at an acceleration of 10 m/s^2, or in a turn at
+        2 m/s and 4 rad/s.
 
         Args:
             share: Fraction of the tick: 0 at the start, 1 at the end.

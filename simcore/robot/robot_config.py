@@ -94,7 +94,13 @@ def build_drivetrain(
     battery: Battery | None = None,
     built: SwerveConfig | Sequence[FixedWheelConfig] | None = None,
 ) -> SwerveDrive | TankDrive | MecanumDrive:
-    """Build the model of a drivetrain, at rest; `built` is the drivetrain of a `BuiltRobot`."""
+    """Build the model of a drivetrain, at rest.
+
+    Args:
+        config: Nominal drivetrain.
+        battery: Battery of the robot; None for a stiff 12 V supply.
+        built: `BuiltRobot.drivetrain`, the drivetrain as actually built; None for the nominal drivetrain.
+    """
     if isinstance(config, SwerveConfig):
         assert built is None or isinstance(built, SwerveConfig)
         return SwerveDrive(config, battery=battery, built=built)
@@ -122,7 +128,7 @@ class ComponentConfig:
     offset: Vector = (0.0, 0.0, 0.0)
     """Origin of the part in the frame after the last joint [m]."""
     joints: tuple[Joint, ...] = ()
-    """Joints that move the part, from the robot outward."""
+    """Joints that move the part, from the robot outward; empty for a fixed part."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"component {self.name!r}", offset=(ROBOT_PLACE,) * 3)
@@ -134,38 +140,38 @@ class RobotConfig:
 
     Raises:
         ConfigError: If parts of the config contradict each other.
-        UnknownNameError: If an intake, shooter, placer, climber or component names an unknown mechanism.
+        UnknownNameError: If a part of the robot names an unknown mechanism or storage.
     """
 
     drivetrain: SwerveConfig | TankConfig | MecanumConfig
-    """Motors, wheels and tires, and the mass of the whole robot at the start, without pieces."""
+    """Motors, wheels and tires of the robot, and mass properties of the whole robot at the start, without pieces."""
     bumper: tuple[float, float] = (0.8, 0.8)
-    """Length and width over the bumpers [m]."""
+    """Length and width over the bumpers [m]; not used if `chassis` is given."""
     chassis: ChassisConfig | None = None
-    """Body of the robot; None for the body that follows from drivetrain and bumpers."""
+    """Body of the robot; None for a body derived from `drivetrain` and `bumper`."""
     battery: BatteryConfig = field(default_factory=BatteryConfig)
     gyro: GyroConfig = field(default_factory=lambda: gyro_config("pigeon2"))
     mechanisms: Mapping[str, MechanismConfig] = field(default_factory=dict)
-    """Mechanisms by name, in the order of stepping and publishing."""
+    """Mechanisms by name. The simulation steps and publishes the mechanisms in this order."""
     intakes: tuple[IntakeConfig, ...] = ()
     storage: StorageConfig = field(default_factory=StorageConfig)
-    """First storage, for preloads and for intakes and shooters that name no storage."""
+    """First storage, for preloads and for intakes, shooters and placers that name no storage."""
     more_storages: tuple[StorageConfig, ...] = ()
-    """Other storages, to which intakes and shooters refer by name."""
+    """Other storages; intakes, shooters and placers refer to these storages by name."""
     shooters: tuple[ShooterConfig, ...] = ()
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
     cameras: tuple[CameraConfig, ...] = ()
-    """Limelights, whose names must be unique in a match."""
+    """Cameras on the robot; the names of all cameras in a match must be unique."""
     components: tuple[ComponentConfig, ...] = ()
-    """Parts with their own models, in the order of the model files."""
+    """Parts with their own AdvantageScope models, in the order of the model files."""
     moving_masses: tuple[MovingMass, ...] = ()
     """Parts of the robot's mass that mechanisms move; the rest of the mass is the body."""
     team: int | None = None
     """Team number on the bumpers; None for the robot's number in the match."""
     models: Path | None = None
-    """Folder with an AdvantageScope model of the robot; None for the game's model, or a drawing made from this
-    config."""
+    """Folder with an AdvantageScope model of the robot. None for the model of the game or, if the game has no model, a
+    model drawn from this config."""
 
     def __post_init__(self) -> None:
         require_fields(self, bumper=(ROBOT_LENGTH, ROBOT_LENGTH))
@@ -234,7 +240,7 @@ class RobotConfig:
 
     @property
     def body(self) -> ChassisConfig:
-        """Body of the robot: `chassis` if given, otherwise the body that follows from drivetrain and bumpers."""
+        """Body of the robot: `chassis` if given, otherwise a body derived from `drivetrain` and `bumper`."""
         return self.chassis or ChassisConfig.around(self.drivetrain, bumper=self.bumper)
 
     @property
@@ -245,7 +251,10 @@ class RobotConfig:
 
     @property
     def bare_body(self) -> MassDistribution:
-        """Mass properties of the robot without moving masses and pieces."""
+        """Mass properties of the robot without pieces and moving masses.
+
+        The subtraction uses the initial positions of the moving masses.
+        """
         if not self.moving_masses:
             return self.whole
         start = {name: build_mechanism(mechanism) for name, mechanism in self.mechanisms.items()}
@@ -257,7 +266,8 @@ class BuiltRobot:
     """Properties of a robot as built, which may differ from the nominal properties in the `RobotConfig`."""
 
     drivetrain: SwerveConfig | tuple[FixedWheelConfig, ...]
-    """Drivetrain as built; the left and right side of a tank drive, or each wheel of a mecanum drive."""
+    """Config of the drivetrain as built: of the whole swerve drive, of each side (left, right) of a tank drive, or of
+    each wheel of a mecanum drive."""
     battery: BatteryConfig
     gyro: GyroConfig
     mechanisms: Mapping[str, MechanismConfig]
@@ -284,25 +294,26 @@ def _figures(values: Vector) -> str:
 
 @dataclass(frozen=True, slots=True)
 class TippingLimit:
-    """Tipping limits of a robot with full storages and the mechanisms in the least stable position."""
+    """Accelerations at which a robot tips, with full storages and the mechanisms in the least stable position."""
 
     mass: float
     """Mass of the robot with full storages and placers [kg]."""
     height: float
     """Height of the center of mass above the floor [m]."""
     forward: float
-    """Smaller of the accelerations along x at which wheels lift when speeding up and when braking [m/s^2]."""
+    """Smallest acceleration along x, forward or backward, at which wheels lift [m/s^2]."""
     sideways: float
-    """Acceleration along y at which wheels lift [m/s^2]."""
+    """Smallest acceleration along y, to the left or right, at which wheels lift [m/s^2]."""
     drivetrain: float
-    """Acceleration from rest that the drivetrain reaches at this mass and 12 V [m/s^2]."""
+    """Acceleration from rest that the drivetrain reaches with full storages and placers at 12 V [m/s^2]."""
 
 
 def tipping_limit(config: RobotConfig, kinds: Sequence[GamePieceConfig] = ()) -> TippingLimit:
-    """Compute the accelerations a at which a robot tips over the outer wheels, a h = g b, in the least stable position.
+    """Compute the accelerations at which a robot in the least stable position tips over the outer wheels.
 
-    h is the height of the center of mass, b the distance of the center of mass from the line of the outermost wheels.
-    Storages and placers are full of the heaviest kind that they can hold.
+    The robot tips at an acceleration a = g b / h, where h is the height of the center of mass, and b is the horizontal
+    distance from the center of mass to the line of the outermost wheels. Each storage and placer is full of the
+    heaviest kind of piece that can enter.
 
     Args:
         config: Config of the robot.
@@ -325,7 +336,10 @@ def _limits(config: RobotConfig, standing: MassDistribution) -> tuple[float, flo
 
 
 def _standings(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterator[MassDistribution]:
-    """Yield the mass properties of the full robot for all combinations of hard stops of mechanisms that move mass."""
+    """Yield the mass properties of the full robot with each mechanism that moves mass at either of two hard stops.
+
+    The generator covers all combinations of stops.
+    """
     mechanisms: dict[str, ShaftSim] = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     body = with_points(config.bare_body, _stored(config, kinds))
     chains = [part.joints for part in config.moving_masses] + [placer.joints for placer in config.placers]
@@ -345,9 +359,9 @@ def _standings(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterato
 def stored_kind(
     config: RobotConfig, storage: StorageConfig, kinds: Sequence[GamePieceConfig]
 ) -> GamePieceConfig | None:
-    """Return the heaviest kind that intakes can put into a storage, or of all kinds if no intake fills the storage.
+    """Return the heaviest kind of piece that intakes can put into a storage.
 
-    Return None if there is no such kind.
+    Without an intake for the storage, return the heaviest of all kinds. Return None if no kind is possible.
     """
     names = (storage.name, "") if storage is config.storage else (storage.name,)
     users = [intake for intake in config.intakes if intake.storage in names]
@@ -356,7 +370,7 @@ def stored_kind(
 
 
 def _stored(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterator[PointMass]:
-    """Yield the pieces in full storages as point masses."""
+    """Yield the pieces in full storages as point masses; the pieces are of the kinds from `stored_kind`."""
     for storage in (config.storage, *config.more_storages):
         heaviest = stored_kind(config, storage, kinds)
         if heaviest is not None:
@@ -365,5 +379,5 @@ def _stored(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterator[P
 
 
 def _heaviest(kinds: Sequence[GamePieceConfig], allowed: Sequence[str]) -> GamePieceConfig | None:
-    """Return the heaviest of the allowed kinds, or of all kinds if `allowed` is empty; None without kinds."""
+    """Return the heaviest of the allowed kinds, or of all kinds if `allowed` is empty; None if no kind is left."""
     return max((k for k in kinds if not allowed or k.name in allowed), key=lambda kind: kind.mass, default=None)

@@ -1,8 +1,8 @@
 """Shooters: wheels that launch game pieces, with an optional hood for the elevation and turret for the heading.
 
-The exit speed follows from the rim speed of the wheels. Between a wheel and a fixed hood the piece rolls at half the
-rim speed; between two driven wheels the piece moves at the mean rim speed and spins by the difference. Slip reduces the
-exit speed; a more compressed piece slips less:
+The exit speed follows from the rim speed of the wheels. Between a wheel and a fixed hood, the piece rolls at half the
+rim speed. Between two driven wheels, the piece moves at the mean rim speed, and the difference of the rim speeds makes
+the piece spin. Slip reduces the exit speed; a more compressed piece slips less:
 
     exit speed = mean rim speed * (1/2 or 1) * (1 - slip * compression / actual compression)
 
@@ -46,7 +46,7 @@ __all__ = ["Shooter", "ShooterConfig", "ShotErrors", "SpinningMotion"]
 
 
 class SpinningMotion(MechanismMotion, Protocol):
-    """Mechanism that loses speed to shots."""
+    """Motion of a wheel mechanism that a shot slows down."""
 
     velocity: float
     """Angular velocity of the wheel [rad/s]."""
@@ -59,49 +59,50 @@ class SpinningMotion(MechanismMotion, Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShooterConfig:
-    """Config of a shooter: wheels, muzzles, hood, turret, feeder and rate."""
+    """Config of a shooter: wheels, muzzles, hood, turret, feeder and shot rate."""
 
     wheels: tuple[str, ...]
-    """Mechanisms of the wheels: one wheel against a fixed hood, or two wheels in the order of `wheel_places`."""
+    """Names of the wheel mechanisms: one wheel opposite a fixed hood, or two wheels in the order of `wheel_places`."""
     wheel_radius: float
-    """Radius of the wheels [m]."""
+    """Radius of the wheels, or of the first wheel if `second_wheel_radius` is given [m]."""
     second_wheel_radius: float | None = None
     """Radius of the second wheel [m]; None if equal to `wheel_radius`."""
     wheel_places: Literal["lower and upper", "left and right"] = "lower and upper"
-    """Arrangement of two wheels; a speed difference gives spin about a horizontal or an upright axis, respectively."""
+    """Arrangement of two wheels. A speed difference makes the piece spin about a horizontal axis for lower and upper
+    wheels, and about an upright axis for left and right wheels."""
     exit_efficiency: float
     """Ratio of exit speed to mean rim speed [-]: at most 0.5 against a fixed hood, at most 1 between two wheels.
     `simcore calibrate --shot` fits the ratio to measured shots."""
     compression: float = 0.15
-    """Compression of a piece of nominal size, as a fraction of the diameter [-]. Estimate, within a factor of 1.5: foam
-    balls of 13 to 25 cm are compressed by two to four centimeters."""
+    """Compression of a piece of nominal size, as a fraction of the diameter [-]. Estimate, within a factor of 1.5:
+    shooters compress foam balls of 13 to 25 cm in diameter by two to four centimeters."""
     compression_loss: float = 0.0
-    """Energy that the wheels lose to the foam at each shot, in addition to the piece's kinetic energy [J]. Compressing
-    a piece of stiffness k by s stores k s^2 / 2; the fraction 1 - e^2 is lost at a restitution e. A ball of 0.215 kg
-    and 0.15 m with an estimated 3.5 kN/m, e = 0.55 and s = 22 mm loses 0.6 J, 2 % of a shot at 10 m/s, so the default
-    is 0."""
+    """Energy that the wheels lose to the foam in each shot, in addition to the kinetic energy of the piece [J]. A piece
+    of stiffness k that is compressed by s stores the energy k s^2 / 2, and dissipates the fraction 1 - e^2 of this
+    energy at a coefficient of restitution e. A ball of 0.215 kg and 0.15 m with an estimated 3.5 kN/m, e = 0.55 and
+    s = 22 mm dissipates 0.6 J. The default is 0, because 0.6 J are only 2 % of the energy of a shot at 10 m/s."""
     launch: LaunchParameters
-    """Positions and heading of the muzzles."""
+    """Positions and heading of the muzzles on the robot."""
     elevation: float
     """Elevation of the shot above the robot's floor plane at hood angle zero [rad]."""
     hood: str | None = None
-    """Mechanism of the hood; None for a fixed hood."""
+    """Name of the hood mechanism; None for a fixed hood."""
     elevation_per_hood: float = -1.0
-    """Change of elevation per change of the hood angle [-]."""
+    """Change of the elevation per change of the position of the hood mechanism [-]."""
     turret: str | None = None
-    """Mechanism of the turret; None for a shooter fixed on the robot."""
+    """Name of the turret mechanism; None for a shooter without a turret."""
     turret_ratio: float = 1.0
-    """Turns of the shot per turn of the turret mechanism [-]."""
+    """Turns of the launch direction per turn of the turret mechanism [-]."""
     gate: tuple[str, ...] = ()
-    """Feeder mechanisms, which must all turn forward for pieces to reach the wheels."""
+    """Names of the feeder mechanisms, which must all turn forward to feed pieces to the wheels."""
     gate_reversed: tuple[str, ...] = ()
-    """Mechanisms of `gate` that must turn backward instead."""
+    """Names of the mechanisms of `gate` that must turn backward instead of forward."""
     gate_speed: float = 0.5 * math.tau
-    """Minimum speed of the `gate` mechanisms [rad/s]."""
+    """Speed of each `gate` mechanism above which the mechanism feeds pieces [rad/s]."""
     min_wheel_speed: float = 5.0 * math.tau
-    """Minimum wheel speed for a shot, for two wheels their mean [rad/s]."""
+    """Mean speed of the wheels above which the shooter fires [rad/s]."""
     shot_rate: float = 8.0
-    """Shots per second, each from all barrels [1/s]."""
+    """Shots per second [1/s]; each shot fires all barrels that have a piece."""
     storage: str = ""
     """Name of the storage that feeds the shooter; empty for the robot's first storage."""
     kinds: tuple[str, ...] = ()
@@ -134,11 +135,21 @@ class ShooterConfig:
         return self.wheel_radius, self.wheel_radius if self.second_wheel_radius is None else self.second_wheel_radius
 
     def wheel_speed_for(self, exit_speed: Number) -> Number:
-        """Return the wheel speed, equal for all wheels [rad/s], for an exit speed [m/s]."""
+        """Return the wheel speed [rad/s], equal for all wheels, that gives an exit speed.
+
+        Args:
+            exit_speed: Exit speed relative to the muzzle, for one shot or for n shots [m/s].
+        """
         return exit_speed / (0.5 * (self.wheel_radii[0] + self.wheel_radii[-1]) * self.exit_efficiency)
 
     def exit_speed(self, wheel_speeds: Sequence[float]) -> float:
-        """Return the exit speed relative to the muzzle [m/s] at wheel speeds [rad/s]; 0 if the wheels turn backward."""
+        """Return the exit speed of a piece of nominal size relative to the muzzle [m/s].
+
+        The exit speed is 0 if the mean rim speed is negative.
+
+        Args:
+            wheel_speeds: Speed of each wheel [rad/s].
+        """
         rims = 0.5 * (wheel_speeds[0] * self.wheel_radii[0] + wheel_speeds[-1] * self.wheel_radii[-1])
         return max(0.0, rims) * self.exit_efficiency
 
@@ -150,17 +161,18 @@ class ShooterConfig:
     def grip(self, size: float) -> float:
         """Return the factor on the exit speed for a piece with `size` times the nominal diameter [-].
 
-        Without slip, a piece of any size leaves at half the rim speed along a fixed hood, and at the rim speed between
-        two wheels. Slip reduces this to `exit_efficiency`. A larger piece is compressed more, as the gap is constant,
-        and slips less.
+        Without slip, the ratio of exit speed to rim speed would be 0.5 along a fixed hood and 1 between two wheels, for
+        a piece of any size. Slip reduces the ratio for a nominal piece to `exit_efficiency`. In the gap of constant
+        width, a larger piece is compressed more and slips less.
         """
         slip, squeeze = self.slip, max(_LEAST_SQUEEZE, 1.0 + (size - 1.0) / self.compression)
         return max(0.0, 1.0 - slip / squeeze) / (1.0 - slip)
 
     def spin_speed(self, exit_speed: Number, wheel_speeds: Sequence[Number]) -> Number:
-        """Return the surface speed that the spin gives to a piece, for one piece or n pieces [m/s].
+        """Return the surface speed of a spinning piece relative to the center, for one piece or n pieces [m/s].
 
-        Along a fixed hood the piece rolls. Between two wheels the surface of the piece moves with the rims.
+        Along a fixed hood, the piece rolls. Between two wheels, the surface of the piece moves with the rims. The speed
+        is positive for backspin; with left and right wheels, for clockwise spin seen from above.
 
         Args:
             exit_speed: Exit speed [m/s].
@@ -178,8 +190,8 @@ class ShooterConfig:
         """Compute position, velocity and spin of one piece or n pieces at launch; see `launch_state`.
 
         Args:
-            aim: Aim of the shot.
-            robot: Pose and motion of the robot.
+            aim: Aim of one shot or of n shots.
+            robot: Pose and motion of the robot, field frame, as for `launch_state`.
             wheel_speeds: Speed of each wheel [rad/s].
             radius: Radius of the pieces [m].
             barrel: Index of the barrel.
@@ -200,18 +212,22 @@ class ShooterConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotErrors:
-    """Errors of a shooter; suppliers of single-shot errors are called once per shot, in the order of the shots."""
+    """Errors of a shooter.
+
+    The shooter calls `feed_time` once per shot, and the other suppliers once per launched piece, in order.
+    """
 
     exit_speed: FloatSupplier
-    """Factor on the exit speed [-]."""
+    """Supplier of the factor on the exit speed [-]."""
     elevation: FloatSupplier
-    """Elevation error [rad]."""
+    """Supplier of the elevation error, positive up [rad]."""
     azimuth: FloatSupplier
-    """Azimuth error, positive to the left [rad]."""
+    """Supplier of the azimuth error, positive to the left [rad]."""
     spin: FloatSupplier
-    """Factor on the spin [-]."""
+    """Supplier of the factor on the spin [-]."""
     feed_time: FloatSupplier
-    """Delay of the next shot [s]; limited to at least minus a fifth of the period."""
+    """Supplier of the additional delay before the next shot [s]; the shooter limits a negative delay to a fifth of the
+    shot period."""
     hood: float = 0.0
     """Error of the hood encoder: true angle minus reading [rad]."""
     turret: float = 0.0
@@ -219,12 +235,12 @@ class ShotErrors:
 
 
 class Shooter:
-    """Shooter of a robot, with the timing of shots.
+    """Shooter of a robot: aim, timing of shots, and speed loss of the wheels.
 
     Each shot fires every barrel that has a piece. The time until the next shot carries over from tick to tick: 8 shots
     per second are exactly 8000 in 1000 s, although 0.125 s is not a whole number of ticks. While the gate is closed or
-    the robot is empty, this time stops at zero: the first shot then fires immediately, and missed shots are not made
-    up.
+    the robot is empty, the time until the next shot stops at zero. The first shot then fires immediately, and the
+    shooter does not make up for missed shots.
 
     Args:
         config: Config of the shooter.
@@ -256,7 +272,7 @@ class Shooter:
 
     @property
     def gate_open(self) -> bool:
-        """Whether all `gate` mechanisms turn faster than `gate_speed` and the wheels than `min_wheel_speed`."""
+        """Whether each `gate` mechanism exceeds `gate_speed`, and the mean wheel speed exceeds `min_wheel_speed`."""
         return min(self._gate_spares()) > 0.0
 
     @property
@@ -277,13 +293,15 @@ class Shooter:
         self._aim_before, self._gate_before = self.aim, self._gate_spares()
 
     def update(self, held: int, is_free: Callable[[Launch], bool] | None = None) -> list[Launch]:
-        """Return the launches of the tick that ends now; the caller removes the launched pieces from the robot.
+        """Advance the timing of shots by a tick, and return the launches of the tick that ends now.
+
+        The caller removes the launched pieces from the robot, and calls `after_shot` to slow the wheels.
 
         Args:
             held: Number of pieces in the robot, which limits the number of launches.
             is_free: Function that returns whether the path of a launch is free; None if paths are always free. A
-                blocked piece stays in the robot; if all barrels are blocked, the shot is tried again at the start of
-                the next tick.
+                blocked piece stays in the robot. If all barrels are blocked, the shooter repeats the shot at the start
+                of the next tick.
 
         Raises:
             NonFiniteError: If the gate is open and the aim is not finite.
@@ -316,7 +334,7 @@ class Shooter:
         return launches if self._errors is None else [self._with_errors(launch, self._errors) for launch in launches]
 
     def gripped(self, launch: Launch, size: float) -> Launch:
-        """Correct the exit speed of a launch for a piece with `size` times the nominal diameter [-]."""
+        """Return a launch with the exit speed corrected for a piece of `size` times the nominal diameter [-]."""
         return (
             launch
             if size == 1.0
@@ -372,7 +390,10 @@ class Shooter:
         return launch._replace(aim=off, spin=errors.spin())
 
     def _gate_spares(self) -> list[float]:
-        """Return the margins of gate mechanisms and wheels above their minimum speeds [rad/s]."""
+        """Return gate mechanism speeds minus `gate_speed`, then the mean wheel speed minus `min_wheel_speed` [rad/s].
+
+        The gate is open while all values are positive.
+        """
         spares = [forward * part.velocity - self.config.gate_speed for part, forward in self._gate]
         return [*spares, self.wheel_speed - self.config.min_wheel_speed]
 
@@ -385,7 +406,7 @@ class Shooter:
         return share
 
     def _aim_at(self, share: float) -> Aim:
-        """Interpolate the aim at a fraction of the tick."""
+        """Interpolate the aim at a fraction of the tick; return the current aim if `begin_tick` was not called."""
         now, before = self.aim, self._aim_before
         if before is None:
             return now

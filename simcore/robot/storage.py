@@ -30,7 +30,8 @@ class StorageConfig:
     """Config of a storage: the space in a robot that holds game pieces."""
 
     name: str = ""
-    """Name by which intakes and shooters refer to this storage; may be empty if the robot has no other storage."""
+    """Name by which intakes, shooters and placers refer to this storage; only a robot's first storage may have an empty
+    name."""
     capacity: int = 1
     """Maximum number of pieces."""
     order: Literal["fifo", "lifo"] = "fifo"
@@ -40,11 +41,11 @@ class StorageConfig:
     high: Vector = (0.15, 0.25, 0.50)
     """Corner with the largest x, y and z, robot frame [m]."""
     attitude: Quaternion = IDENTITY
-    """Attitude of stored pieces, robot frame, quaternion x, y, z, w. A shot turns the piece with the muzzle: a tube
-    stored along x leaves lengthwise, a ring stored flat leaves edge-on."""
+    """Attitude of stored pieces in the robot frame, quaternion x, y, z, w. At a shot, the attitude of the piece is that
+    of the muzzle. A tube stored along x therefore leaves lengthwise, and a ring stored flat leaves edge-on."""
     hopper: HopperConfig | None = None
-    """Config of a hopper that simulates the pieces as balls that fall, roll and jam; None for a plain queue. In a
-    hopper, pieces leave in the order in which they reach the outlet, and intakes need free space at the inlet."""
+    """Config of a hopper, where the pieces are balls that fall, roll and jam; None for a plain queue. The balls leave a
+    hopper in the order in which the balls reach the outlet. An intake can add a ball only if the inlet is free."""
 
     def __post_init__(self) -> None:
         corner = (ROBOT_PLACE,) * 3
@@ -67,9 +68,9 @@ class StorageConfig:
     def position(self, number: int, radius: float) -> Vector:
         """Return the position of a stored piece in a packing of layers, robot frame [m].
 
-        Each layer rests in the hollows of the layer below. These positions are for storages without a hopper. If the
-        pieces do not fit, layers overlap to stay within the storage's height; in a storage lower than one ball, all
-        pieces are at the same height.
+        Storages without a hopper use these positions. Each layer rests in the hollows of the layer below. The layers
+        overlap if the pieces would exceed the height of the storage. In a storage lower than one piece, all pieces are
+        at the same height.
 
         Args:
             number: Index of the piece in the order of arrival, from 0; pieces beyond the capacity share the last
@@ -80,7 +81,10 @@ class StorageConfig:
         return places[min(number, len(places) - 1)]
 
     def balls_that_fit(self, radius: float) -> int:
-        """Return the number of balls of a given radius [m] that fit without overlap."""
+        """Return the number of balls of a given radius [m] that fit in the packing of `position` without overlap.
+
+        The capacity does not limit this number.
+        """
         layers, rise = _layers(self, radius)
         count = 1 + math.floor(max(0.0, self.high[2] - self.low[2] - 2.0 * radius) / rise + 1e-9)
         lower, upper = (columns * rows for (columns, _), (rows, _) in layers)
@@ -89,7 +93,7 @@ class StorageConfig:
 
 @functools.lru_cache(maxsize=64)
 def _places(config: StorageConfig, radius: float) -> list[Vector]:
-    """Return the positions of all pieces of a full storage, robot frame [m]."""
+    """Return the positions of all pieces in a full storage, for pieces of a given radius [m], robot frame [m]."""
     layers, rise = _layers(config, radius)
     (x0, y0, z0), (x1, y1, z1) = config.low, config.high
     cells: list[tuple[int, float, float]] = []  # index of the layer, x and y
@@ -108,14 +112,21 @@ def _places(config: StorageConfig, radius: float) -> list[Vector]:
 
 
 def _layers(config: StorageConfig, radius: float) -> tuple[tuple[_Layer, _Layer], float]:
-    """Return the two alternating layers, lowest first, and the height between successive layers [m]."""
+    """Return the two layers that alternate in the packing, lowest layer first, and the height of each step up [m]."""
     sides = [_staggered_rows(high - low, radius) for low, high in zip(config.low[:2], config.high[:2], strict=True)]
     staggered = sum(lower != upper for lower, upper in sides)
     return ((sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])), radius * math.sqrt(4.0 - staggered)
 
 
 def _staggered_rows(length: float, radius: float) -> tuple[_Row, _Row]:
-    """Return the rows along one side in two successive layers, the second shifted by half a ball if possible."""
+    """Return the rows along one axis in two successive layers, offset against each other by one radius.
+
+    If the side is too short for the offset, the second row has one ball fewer, but at least one ball.
+
+    Args:
+        length: Length of the storage along the axis [m].
+        radius: Radius of the balls [m].
+    """
     count = max(1, math.floor(0.5 * length / radius + 1e-9))
     if length - 2.0 * count * radius >= radius - 1e-9:
         return (count, -0.5 * radius), (count, 0.5 * radius)
@@ -123,11 +134,12 @@ def _staggered_rows(length: float, radius: float) -> tuple[_Row, _Row]:
 
 
 class Storage:
-    """Storage of a robot and the pieces in it.
+    """Storage of a robot, with the slots of the stored pieces.
 
     Args:
         config: Config of the storage.
-        balls: Function that returns all balls of the match, by slot; needed for pieces in a hopper.
+        balls: Function that returns the records of all balls of the match, by slot; None for a storage without a
+            hopper.
 
     >>> storage = Storage(StorageConfig(capacity=2))
     >>> storage.add([7, 8])
@@ -150,7 +162,10 @@ class Storage:
         return self.config.capacity - len(self.pieces)
 
     def room_for(self, radius: float) -> int:
-        """Return the number of pieces of a given radius [m] that can enter now; limited by a hopper's free inlet."""
+        """Return the number of pieces of a given radius [m] that can enter now.
+
+        The capacity and the free space at the inlet of a hopper limit this number.
+        """
         if self.hopper is None:
             return self.room
         waiting = len(set(self.pieces).difference(self.hopper.slots))  # added by another intake in this tick
@@ -173,12 +188,16 @@ class Storage:
         return self.hopper.pos
 
     def follow(self, radii: Sequence[float]) -> None:
-        """Match the contents of a hopper, if any, to `pieces`; `radii` are the radii of these pieces [m]."""
+        """Update the balls in the hopper, if any, after a change of `pieces`.
+
+        Args:
+            radii: Radii of the pieces, in the order of `pieces` [m].
+        """
         if self.hopper is not None:
             self.hopper.follow(self.pieces, radii, _places(self.config, max(radii, default=1.0)))
 
     def add(self, slots: list[int]) -> None:
-        """Add pieces by slot.
+        """Add the pieces with the given slots.
 
         Raises:
             CapacityError: If there is no room for all of the pieces; no piece is then added.
@@ -189,13 +208,13 @@ class Storage:
 
     @property
     def in_turn(self) -> list[int]:
-        """Slots of the pieces in the order in which they will leave; in a hopper, only the pieces at the outlet."""
+        """Slots of the pieces in the order of leaving; for a hopper, only of the pieces past the outlet."""
         if self.hopper is not None:
             return [slot for slot in self.hopper.at_outlet() if slot in self.pieces]
         return self.pieces if self.config.order == "fifo" else self.pieces[::-1]
 
     def take(self) -> int:
-        """Remove the next piece to leave, and return the slot of this piece.
+        """Remove the first piece of `in_turn` from the storage, and return the slot of the piece.
 
         Raises:
             CapacityError: If no piece can leave now.
@@ -215,5 +234,5 @@ class Storage:
         self.follow([])
 
     def discard(self, slot: int) -> None:
-        """Remove a piece that left the storage without `take`, if the storage contains the piece."""
+        """Remove a piece from `pieces`, for a piece that left by other means than `take`; ignore an unknown slot."""
         self.pieces = [piece for piece in self.pieces if piece != slot]

@@ -50,7 +50,7 @@ _USUAL_ROBOT = {"mass": (10.0, 80.0), "yaw_inertia": (0.3, 20.0)}
 USUAL_FRICTION = 0.22
 """Default friction voltage of drive motors [V]; see `SwerveModuleConfig.drive_friction_volts`."""
 _UNITS = {"mass": "kg"}
-"""Units of fields that are often given in another unit."""
+"""Units of the fields whose warnings may suggest a conversion from another unit."""
 
 
 def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) -> list[str]:
@@ -81,23 +81,23 @@ class SwerveModuleConfig(WheelConfig):
     steer_gearing: float = 150.0 / 7.0
     """Rotor turns per turn of the module [-]."""
     coupling_ratio: float = 0.0
-    """Drive rotor turns per turn of the module while the wheel does not roll [-]."""
+    """Turns of the drive rotor per turn of the module with the wheel locked against rolling [-]."""
 
     steer_offset: float = 0.0
     """Zeroing error of the steer encoder: true steer angle minus reading, counter-clockwise positive [rad]."""
 
     scrub_radius: float = 0.008
-    """Mean radius of the contact patch that scrubs on the carpet during steering [m]; estimate, +-50 %."""
+    """Mean radius of the contact patch, the lever arm of tread friction against steering [m]; estimate, +-50 %."""
 
     steer_inertia: float = 0.004
     """Moment of inertia of fork and wheel about the steer axis, without rotor [kg m^2]; estimate: real modules have
     .002 to .006."""
     drive_friction_volts: float = USUAL_FRICTION
-    """Smallest voltage that turns the free wheel [V]; acts through the gears. SysId's kS is about 0.02 V more, because
-    of rolling resistance. A log of a real swerve drive (team 114, 2022) fits .21 to .22 best; SysId results of three
-    teams are .32, .555 and .743 (with other gears, belts and treads)."""
+    """Smallest motor voltage that turns the wheel off the ground [V]. The kS from SysId is about 0.02 V higher because
+    of rolling resistance. A value of .21 to .22 V fits the log of a real swerve drive best (team 114, 2022). SysId
+    results of three teams are .32, .555 and .743 V (with other gears, belts and treads)."""
     steer_friction_volts: float = 0.2
-    """Smallest voltage that turns the module in the air [V]."""
+    """Smallest motor voltage that steers the module with the wheel off the ground [V]."""
     drive_efficiency: float = 0.95
     """Efficiency e of the drive gears [-]: forward driving multiplies torque by e, back-driving by 1 / e."""
     free_speed_share: float = 1.0
@@ -109,20 +109,21 @@ class SwerveModuleConfig(WheelConfig):
     """Stator current limit of the drive motor [A]; None for the controller's factory default (`controller_limits`),
     `math.inf` for no limit."""
     drive_supply_limit: float | None = None
-    """Supply current limit of the drive motor, drawing and regenerating [A]; None and `math.inf` as for
-    `drive_stator_limit`."""
+    """Supply current limit of the drive motor, drawing and regenerating [A]; None for the controller's factory default,
+    `math.inf` for no limit."""
     steer_stator_limit: float | None = None
-    """Stator current limit of the steer motor [A]; None and `math.inf` as for `drive_stator_limit`."""
+    """Stator current limit of the steer motor [A]; None for the controller's factory default, `math.inf` for no
+    limit."""
     steer_supply_limit: float | None = None
-    """Supply current limit of the steer motor, drawing and regenerating [A]; None and `math.inf` as for
-    `drive_stator_limit`."""
+    """Supply current limit of the steer motor, drawing and regenerating [A]; None for the controller's factory default,
+    `math.inf` for no limit."""
     drive_brake: bool = True
     """Whether the drive motor brakes (short circuit) in neutral, instead of coasting (open circuit)."""
     steer_brake: bool = True
     """Whether the steer motor brakes in neutral, instead of coasting."""
 
     drive_kp: float = 1.0
-    """Proportional gain of the on-board drive velocity loop [V per m/s]; the feedforward is computed from the motor."""
+    """Proportional gain of the on-board drive velocity loop [V per m/s]; the feed-forward follows from the motor."""
     steer_kp: float = 40.0
     """Proportional gain of the on-board steer position loop [V/rad]."""
 
@@ -194,7 +195,7 @@ class SwerveModuleConfig(WheelConfig):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SwerveConfig(DrivetrainConfig):
-    """Config of a swerve drivetrain."""
+    """Config of a swerve drivetrain: modules, and mass properties of the robot."""
 
     modules: tuple[SwerveModuleConfig, ...]
 
@@ -213,7 +214,7 @@ class SwerveConfig(DrivetrainConfig):
 
     @property
     def wheel_positions(self) -> tuple[tuple[float, float], ...]:
-        """Centers of the wheels, robot frame [m]."""
+        """Centers of the wheels, in the order of `modules`, robot frame [m]."""
         return tuple((m.x, m.y) for m in self.modules)
 
     @property
@@ -223,14 +224,16 @@ class SwerveConfig(DrivetrainConfig):
 
     @property
     def wheel_cof(self) -> float:
-        """Coefficient of friction of the wheel with the least grip [-]."""
+        """Smallest coefficient of friction of the wheels [-]."""
         return min(m.wheel_cof for m in self.modules)
 
     @staticmethod
     def square(
         trackwidth: float, module: SwerveModuleConfig, *, mass: float = 55.0, bumper: float = 0.8, height: float = 0.2
     ) -> SwerveConfig:
-        """Make a drivetrain with four identical modules in a square: front left, front right, back left, back right.
+        """Make the config of a drivetrain with four identical modules in a square.
+
+        The order of the modules is front left, front right, back left, back right.
 
         Args:
             trackwidth: Distance between neighboring wheels [m].
@@ -251,7 +254,7 @@ class SwerveConfig(DrivetrainConfig):
         bumper: tuple[float, float] = (0.8, 0.8),
         height: float = 0.2,
     ) -> SwerveConfig:
-        """Make a drivetrain with four identical modules in a rectangle.
+        """Make the config of a drivetrain with four identical modules in a rectangle.
 
         The order of the modules is front left, front right, back left, back right.
 
@@ -274,5 +277,5 @@ class SwerveConfig(DrivetrainConfig):
         )
 
     def module_name(self, index: int) -> str:
-        """Return the name of a module for messages, `module 0` and so on for a module without a name."""
+        """Return the name of a module for messages, or `module <index>` for a module without a name."""
         return self.modules[index].name or f"module {index}"

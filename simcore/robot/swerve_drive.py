@@ -24,22 +24,22 @@ from simcore.typing import FloatArray
 __all__ = ["NO_STATES", "ModuleState", "SwerveDrive", "desaturate", "module_targets"]
 
 NO_STATES: FloatArray = np.empty((0, 2))
-"""Empty array of module states, for a drive without commands."""
+"""Empty array of module states, for a drive without setpoints, shape (0, 2)."""
 NO_STATES.setflags(write=False)
 
 
 @dataclass(slots=True)
 class ModuleState:
-    """Angles and speeds of n modules: views of the loop's arrays, shape (n,) each."""
+    """Angles and speeds of n modules; each field is a view of the loop's arrays, shape (n,)."""
 
     wheel_angle: FloatArray
     """Angle of the wheel about the axle, continuous over turns [rad]."""
     wheel_speed: FloatArray
     """Angular velocity of the wheel about the axle [rad/s]."""
     steer_angle: FloatArray
-    """Steer angle read by the encoder, counter-clockwise from forward, continuous over turns [rad]."""
+    """Steer angle from the encoder, counter-clockwise from forward, continuous over turns [rad]."""
     steer_speed: FloatArray
-    """Angular velocity of steering [rad/s]."""
+    """Angular velocity of the module about the steer axis, counter-clockwise positive [rad/s]."""
     cos: FloatArray
     """Cosine of the true steer angle."""
     sin: FloatArray
@@ -47,7 +47,10 @@ class ModuleState:
 
 
 def desaturate(speeds: list[float], limit: float) -> list[float]:
-    """Scale all speeds [m/s] by a common factor so that no speed exceeds the limit; the direction of travel stays."""
+    """Return the speeds [m/s], scaled by a common factor if necessary so that no magnitude exceeds `limit` [m/s].
+
+    The scaling does not change the direction of travel.
+    """
     top = max(map(abs, speeds), default=0.0)
     if top <= limit:
         return speeds
@@ -69,8 +72,8 @@ def module_targets(
         vx: Forward velocity [m/s].
         vy: Leftward velocity [m/s].
         omega: Yaw rate, counter-clockwise positive [rad/s].
-        limit: Top speed of a module [m/s]; if a module would exceed the limit, all speeds are scaled down.
-        present: Current steer angles, which modules with zero speed keep [rad].
+        limit: Top speed of a module [m/s]; the function scales all speeds down if a module would exceed the limit.
+        present: Current steer angles, which the function returns for modules at zero speed [rad].
 
     Returns:
         Wheel speeds, not negative [m/s], and steer angles [rad].
@@ -87,7 +90,7 @@ def module_targets(
 
 
 class SwerveDrive(WheeledDrive[SwerveConfig]):
-    """Swerve drive of a robot; `WheeledDrive` documents the features that all drives share.
+    """Swerve drive of a robot; see `WheeledDrive` for the properties and methods common to all drives.
 
     Example:
         >>> from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
@@ -102,7 +105,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def __init__(
         self, config: SwerveConfig, *, battery: Battery | None = None, built: SwerveConfig | None = None
     ) -> None:
-        """Start at rest with the wheels pointing forward.
+        """Create the drive at rest, in neutral, with the wheels pointing forward.
 
         Args:
             config: Nominal drivetrain, as assumed by robot code and the on-board loops.
@@ -128,11 +131,17 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         for k, (built_module, known) in enumerate(zip(modules, config.modules, strict=True)):
             self._set_module(k, built_module, known)
         self.steer_motors = MotorReadout(self, slice(self._n, 2 * self._n))
-        """Readings of the steer motors."""
+        """Readings of the steer motors in the last step."""
         self.reset()
 
     def _set_module(self, k: int, module: SwerveModuleConfig, known: SwerveModuleConfig) -> None:
-        """Write the true and the nominal parameters of a module into the records."""
+        """Write the parameters of a module to the records.
+
+        Args:
+            k: Index of the module.
+            module: True parameters, for the motion of the module.
+            known: Nominal parameters, for the on-board loops.
+        """
         n, load = self._n, self.static_loads[k]
         wheel, azimuth = self.shafts[k : k + 1], self.shafts[n + k : n + k + 1]
         set_motor(azimuth, module.limited_steer_motor)
@@ -161,8 +170,8 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         """Command the voltage of every motor until the next command [V].
 
         Raises:
-            NonFiniteError: If a voltage is missing, NaN or infinite; the message names the module, and the old command
-                is kept.
+            NonFiniteError: If a voltage is not a finite number; the message names the module, and the old command stays
+                in effect.
             ConfigError: If the number of voltages is not the number of modules.
         """
         drive_ = self._checked("drive volts", drive)
@@ -170,13 +179,16 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._ask(VOLTS, drive_, steer_)
 
     def set_duty_cycles(self, drive: Sequence[float], steer: Sequence[float]) -> None:
-        """Command the duty cycle of every motor, clamped to -1..1; raises the same errors as `set_volts`."""
+        """Command the duty cycle of every motor, clamped to -1..1, until the next command.
+
+        Raises the same errors as `set_volts`.
+        """
         drive_ = [min(1.0, max(-1.0, d)) for d in self._checked("drive duty cycle", drive)]
         steer_ = [min(1.0, max(-1.0, d)) for d in self._checked("steer duty cycle", steer)]
         self._ask(DUTY, drive_, steer_)
 
     def set_torque_currents(self, drive: Sequence[float], steer: Sequence[float]) -> None:
-        """Command the stator current of drive motors [A] and the voltage of steer motors [V].
+        """Command the stator current of each drive motor [A] and the voltage of each steer motor [V].
 
         Raises the same errors as `set_volts`.
         """
@@ -185,8 +197,9 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._ask(CURRENT, drive_, steer_, steer_mode=VOLTS)
 
     def set_module_states(self, speeds: Sequence[float], angles: Sequence[float]) -> None:
-        """Command the tread speed [m/s] and steer angle [rad] of each module by the on-board loops.
+        """Set the target tread speed [m/s] and steer angle [rad] of each module's on-board loops.
 
+        The loops optimize each state: a wheel turns backward if the steer error would otherwise exceed a quarter turn.
         Raises the same errors as `set_volts`.
         """
         speeds_ = self._checked("module speed", speeds)
@@ -194,9 +207,9 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._ask(TARGET, speeds_, angles_)
 
     def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
-        """Command robot-relative chassis speeds [m/s, m/s, rad/s] by the on-board loops.
+        """Set the targets of the on-board loops for robot-relative chassis speeds [m/s, m/s, rad/s].
 
-        If a module would exceed `max_speed`, the speeds of all modules are scaled down.
+        The method scales all wheel speeds down if a module would exceed `max_speed`.
 
         Raises:
             NonFiniteError: If a speed is NaN or infinite; the old command is kept.
@@ -218,12 +231,14 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def reset(
         self, *, angles: Sequence[float] | None = None, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0
     ) -> None:
-        """Zero drive encoders and time, reset the battery, command neutral, and let the wheels roll at a velocity.
+        """Zero drive encoders and time, reset the battery, command neutral, and set the wheels for a chassis velocity.
 
-        The velocity of the chassis itself does not change.
+        Each wheel speed is the component of the velocity along the steer direction. The velocity of the chassis itself
+        does not change.
 
         Args:
-            angles: Steer angles [rad]; None for each wheel's direction of travel, or forward at rest.
+            angles: New steer angles [rad]; None for the direction of travel of each wheel, or forward for a wheel at
+                rest.
             vx: Forward velocity of the center of mass [m/s].
             vy: Leftward velocity of the center of mass [m/s].
             omega: Yaw rate [rad/s].
@@ -252,7 +267,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     @property
     def state(self) -> ModuleState:
-        """Current angles and speeds of the modules."""
+        """Views of the current angles and speeds of the modules in the arrays of the loop."""
         n, angles, speeds = self._n, self.shafts["position"], self.shafts["speed"]
         cos, sin = self.shafts["cos"], self.shafts["sin"]
         return ModuleState(angles[:n], speeds[:n], angles[n:], speeds[n:], cos[:n], sin[:n])
@@ -270,13 +285,13 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     @property
     def gearing(self) -> dict[str, list[float]]:
-        """Rotor turns per turn of the wheel (`drive`) and of the module (`steer`), in module order [-]."""
+        """Gear ratios in module order [-]: rotor turns per wheel turn (`drive`) and per module turn (`steer`)."""
         modules = self.config.modules
         return {"drive": [m.drive_gearing for m in modules], "steer": [m.steer_gearing for m in modules]}
 
     @property
     def steer_angles(self) -> FloatArray:
-        """Steer angles, continuous over turns [rad], shape (n,)."""
+        """Copy of the steer angles from the encoders, continuous over turns [rad], shape (n,)."""
         return np.array(self.state.steer_angle)
 
     @property
@@ -294,13 +309,16 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     @property
     def max_omega(self) -> float:
-        """Largest yaw rate on the spot at 12 V [rad/s], limited by the first module to reach its top speed."""
+        """Largest yaw rate without translation at 12 V [rad/s], limited by the top speed of the modules."""
         arms = self._arms()
         return min((v / r for v, r in zip(self._free_speeds, arms, strict=True) if r > 1e-9), default=0.0)
 
     @property
     def max_angular_accel(self) -> float:
-        """Yaw acceleration from rest at a stiff 12 V, with the wheels tangential [rad/s^2]; see `max_accel`."""
+        """Yaw acceleration from rest at a stiff 12 V within traction, motor and stator limits [rad/s^2].
+
+        Each wheel points perpendicular to the line from the center of mass to the wheel.
+        """
         return launch_accel(self._shafts, self._wheel_configs, self.static_loads, self._arms(), self.robot.yaw_inertia)
 
     # ---------------------------------------------------------------- helpers
@@ -309,7 +327,10 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         return [math.hypot(x, y) for x, y in self.robot.positions]
 
     def _present_angles(self) -> list[float]:
-        """Return the steer angles that modules at zero speed keep: the current targets or, without targets, angles."""
+        """Return the steer angles that modules at zero speed keep [rad]: the current targets.
+
+        Without targets, return the current steer angles.
+        """
         request = self.shafts["request"][self._n :]
         targets: list[float] = request["value"].tolist()
         return targets if request["mode"][0] == TARGET else self.wheel_angles()

@@ -1,4 +1,4 @@
-"""Parameters common to all drivetrains: motors, driven wheels and the robot's mass."""
+"""Parameters common to all drivetrains: motors, driven wheels and mass properties of the robot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["MOST_FRICTION", "DrivetrainConfig", "LimitedMotor", "RobotMass", "Wh
 
 
 MOST_FRICTION = 3.0
-"""Largest plausible kS of drive motors in robot code [V]; public robot code has up to 1.3 V."""
+"""Largest plausible kS of a drive motor in robot code [V]; the kS in public robot code is at most 1.3 V."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,16 +41,16 @@ class LimitedMotor:
     emf: float
     """Back-EMF per shaft speed [V s/rad]."""
     torque_driving: float
-    """Shaft torque per motor current while the motor drives the gears [N m/A]."""
+    """Shaft torque of all motors per current of one motor, while the motors drive the gears [N m/A]."""
     torque_driven: float
-    """Shaft torque per motor current while the gears drive the motor; includes gear losses, which help to brake
-    [N m/A]."""
+    """Shaft torque of all motors per current of one motor, while the gears drive the motors [N m/A]. The value is
+    larger than `torque_driving`, because gear losses help to brake."""
     friction: float
-    """Coulomb friction at the shaft [N m]."""
+    """Coulomb friction torque at the shaft [N m]."""
     stator_limit: float
     """Stator current limit per motor [A]."""
     supply_limit: float
-    """Supply current limit per motor [A]."""
+    """Supply current limit per motor, drawing and regenerating [A]."""
     count: int
 
     @staticmethod
@@ -64,7 +64,7 @@ class LimitedMotor:
         count: int = 1,
         free_speed_share: float = 1.0,
     ) -> LimitedMotor:
-        """Compute the constants of identical motors behind a gear, referred to the shaft.
+        """Compute the constants of identical motors with a gearbox, referred to the output shaft.
 
         Args:
             model: Model of one motor.
@@ -73,7 +73,7 @@ class LimitedMotor:
             friction_volts: Smallest voltage that turns the shaft [V].
             limits: Stator and supply current limit per motor [A].
             count: Number of motors on the shaft.
-            free_speed_share: Ratio of actual to datasheet free speed [-].
+            free_speed_share: Ratio of actual to datasheet free speed of the motors [-].
         """
         torque = model.kt * gearing * count
         stator_limit, supply_limit = limits
@@ -84,7 +84,7 @@ class LimitedMotor:
             emf=gearing / model.kv / free_speed_share,
             torque_driving=torque * efficiency,
             torque_driven=torque / efficiency,
-            # Friction is the shaft torque of the voltage that just overcomes it.
+            # The friction torque is the shaft torque at the voltage that just overcomes the friction.
             friction=torque * efficiency * friction_volts / model.winding_resistance,
             stator_limit=stator_limit,
             supply_limit=supply_limit,
@@ -93,7 +93,13 @@ class LimitedMotor:
 
 
 def plate_inertia(mass: float, length: float, width: float) -> float:
-    """Compute the yaw moment of inertia of a uniform rectangular plate, m (a^2 + b^2) / 12 [kg m^2]."""
+    """Compute the yaw moment of inertia of a uniform rectangular plate, m (a^2 + b^2) / 12 [kg m^2].
+
+    Args:
+        mass: Mass m of the plate [kg].
+        length: Side length a [m].
+        width: Side length b [m].
+    """
     require("robot", "mass", mass, MASS)
     require_row("robot", "bumper (length and width)", (length, width), (ROBOT_LENGTH, ROBOT_LENGTH))
     return mass * (length * length + width * width) / 12.0
@@ -104,20 +110,20 @@ class RobotMass:
     """Mass properties of a robot, and wheel positions relative to the center of mass."""
 
     mass: float
-    """Mass of the whole robot, bumpers and battery included [kg]."""
+    """Mass of the whole robot with bumpers and battery [kg]."""
     yaw_inertia: float
     """Moment of inertia about the vertical axis through the center of mass [kg m^2]; see `plate_inertia`."""
     center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.2)
-    """Center of mass in the robot frame [m]; a greater height shifts more load between wheels."""
+    """Center of mass in the robot frame [m]; a higher center of mass causes more load transfer between wheels."""
     positions: tuple[tuple[float, float], ...]
     """Wheel positions relative to the center of mass, robot axes [m]."""
     lowered: tuple[int, ...] = ()
-    """Rows of the lowered middle wheels of a dropped-center drive; empty if all wheels are level."""
+    """Indices of the lowered middle wheels of a dropped-center drive; empty if all wheels are level."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DrivetrainConfig(RobotMass):
-    """Base of `SwerveConfig`, `TankConfig` and `MecanumConfig` with the robot's nominal mass."""
+    """Base of `SwerveConfig`, `TankConfig` and `MecanumConfig` with the nominal mass properties of the robot."""
 
     mass: float = 55.0
     yaw_inertia: float = 5.87
@@ -133,7 +139,11 @@ class DrivetrainConfig(RobotMass):
         return ()
 
     def require_robot(self, owner: str) -> None:
-        """Validate the fields of this class and compute `positions`; error messages name `owner`."""
+        """Validate the fields of this class, and compute `positions`; error messages contain `owner`.
+
+        Raises:
+            ConfigError: If a field is out of range.
+        """
         require_fields(
             self, owner, mass=MASS, yaw_inertia=INERTIA, center_of_mass=(ROBOT_PLACE, ROBOT_PLACE, ROBOT_HEIGHT)
         )
@@ -143,25 +153,26 @@ class DrivetrainConfig(RobotMass):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WheelConfig:
-    """Wheel on carpet; base of `SwerveModuleConfig`, `TankConfig` and `MecanumConfig`."""
+    """Config of a wheel on carpet; base of `SwerveModuleConfig`, `TankConfig` and `MecanumConfig`."""
 
     wheel_radius: float = 0.0508
     """Radius of the wheel [m]."""
     wheel_cof: float = 1.2
-    """Coefficient of friction of the wheel on carpet, along the wheel [-]. The default is conservative: on a tilting
-    table, new treads held up to 1.83 (blue nitrile) and 1.76 (HiGrip) along the wheel, and up to 1.34 and 1.71 across;
-    treads wear in matches. Source: team 1640, DEWBOT VIII wheel friction coefficient testing; more treads in
-    `cots.TREADS`."""
+    """Coefficient of friction of the wheel on carpet, along the wheel [-]. The default is conservative, because treads
+    wear in matches. On a tilting table, new blue nitrile tread held up to 1.83 along the wheel and 1.34 across the
+    wheel, and new HiGrip tread up to 1.76 and 1.71. Source: team 1640, DEWBOT VIII wheel friction coefficient testing.
+    `cots.TREADS` has more treads."""
     wheel_grain: float = 1.0
-    """Ratio of friction across the wheel to friction along the wheel [-]: .73 (blue nitrile) and .97 (HiGrip) in the
-    test of `wheel_cof`. The default is 1, because both treads have more than 1.2 across; set this together with a
-    measured `wheel_cof`."""
+    """Ratio of friction across the wheel to friction along the wheel [-]. The test cited in `wheel_cof` gave .73 for
+    blue nitrile and .97 for HiGrip. The default is 1, because both treads had more than 1.2 across the wheel. Set
+    `wheel_grain` only together with a measured `wheel_cof`."""
     wheel_inertia: float = 8.0e-4
-    """Moment of inertia of wheel and last gear about the axle [kg m^2]; a 4 in wheel of 0.6 kg. Estimate, +-50 %."""
+    """Moment of inertia of wheel and last gear about the axle [kg m^2]. The default is an estimate for a 4 in wheel of
+    0.6 kg, +-50 %."""
     rolling_resistance: float = 0.01
     """Coefficient of rolling resistance [-]; estimate for carpet, +-50 %."""
     slip_ratio: float = 0.01
-    """Ratio of slip to rolling speed at which the tire begins to slide [-]; estimate for a thin, stiff tread."""
+    """Ratio of slip speed to rolling speed at which the tire begins to slide [-]; estimate for a thin, stiff tread."""
     slip_speed: float = 0.0004
     """Slip speed at which a tire at rest begins to slide [m/s]; a robot parked on a 15-degree ramp creeps at 1/5 of
     this speed."""
@@ -170,7 +181,11 @@ class WheelConfig:
         self.require_wheel("wheel")
 
     def require_wheel(self, owner: str) -> None:
-        """Validate the fields of this class; error messages name `owner`."""
+        """Validate the fields of this class; error messages contain `owner`.
+
+        Raises:
+            ConfigError: If a field is out of range.
+        """
         require_fields(
             self,
             owner,

@@ -1,6 +1,7 @@
 """Base of all wheeled drivetrains: current limits, battery, wheels, tires and common readings.
 
-`simcore.loop` steps the drivetrain; this module writes constants and commands to the loop's arrays and reads results.
+`simcore.loop` steps the drivetrain. This module writes constants and commands to the arrays of the loop, and reads the
+results from these arrays.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ class DriveShaft:
     radius: float
     """Radius of the wheels [m]; for a mecanum wheel, the radius times cos 45 degrees."""
     slip_ratio: float
-    """Ratio of slip to rolling speed at which the tires begin to slide [-]."""
+    """Ratio of slip speed to rolling speed at which the tires begin to slide [-]."""
     slip_speed: float
     """Slip speed at which tires at rest begin to slide [m/s]."""
     wheels: tuple[int, ...]
@@ -57,7 +58,14 @@ class DriveShaft:
 
     @staticmethod
     def of(wheel: WheelConfig, *, inertia: float, motor: LimitedMotor, wheels: tuple[int, ...]) -> DriveShaft:
-        """Build a shaft with wheels like `wheel`; the other arguments are fields of the class."""
+        """Build a shaft with identical wheels.
+
+        Args:
+            wheel: Config of each wheel on the shaft.
+            inertia: Moment of inertia of wheels, gears and rotors about the axle [kg m^2].
+            motor: Motors on the shaft.
+            wheels: Indices of the wheels in `config.positions`.
+        """
         return DriveShaft(
             inertia=inertia,
             motor=motor,
@@ -70,10 +78,10 @@ class DriveShaft:
 
 
 def free_speed(shaft: DriveShaft, wheels: Sequence[WheelConfig], loads: Sequence[float]) -> float:
-    """Compute the wheel speed at which the motor torque at 12 V equals friction and rolling drag.
+    """Compute the top wheel speed of a drive shaft at 12 V, where motor torque equals friction and rolling drag.
 
     Args:
-        shaft: Shaft with motor, gears and wheel radius.
+        shaft: Drive shaft.
         wheels: All wheels of the robot.
         loads: Normal forces on all wheels [N].
 
@@ -95,15 +103,16 @@ def launch_accel(
 ) -> float:
     """Compute the acceleration from rest at 12 V within the stator limits, straight ahead or in yaw.
 
-    A shaft within the traction limit also accelerates its own rotor and wheels; a shaft at the limit pushes with mu N.
-    Friction and rolling drag reduce the acceleration. The acceleration determines which shafts are at the
-    limit, so the function iterates; each shaft changes at most once.
+    The motor torque on a shaft below the traction limit also accelerates rotors and wheels. The thrust of a shaft at
+    the traction limit is mu N. Friction and rolling drag reduce the acceleration. The acceleration determines which
+    shafts are at the traction limit, so the function iterates. In the iteration, each shaft reaches the limit at most
+    once.
 
     Args:
         shafts: All drive shafts.
         wheels: All wheels.
         loads: Normal forces on the wheels [N].
-        arms: For each shaft 1 [-] for linear acceleration, or the distance from the center of mass [m] for yaw.
+        arms: Lever arm of each shaft: 1 [-] for linear acceleration, distance from the center of mass [m] for yaw.
         inertia: Mass [kg] for linear acceleration, or yaw moment of inertia [kg m^2] for yaw.
 
     Returns:
@@ -151,7 +160,14 @@ ConfigT = TypeVar("ConfigT", bound=DrivetrainConfig)
 
 
 def set_motor(row: Records, motor: LimitedMotor) -> None:
-    """Write the constants and current limits of a motor to the record of a shaft without stops, shape (1,)."""
+    """Write the constants and current limits of a shaft's motors to the record of the shaft.
+
+    The shaft gets no hard stops and no partner shaft.
+
+    Args:
+        row: Record of the shaft, shape (1,).
+        motor: Constants of the motors.
+    """
     model, request = row["model"], row["request"]
     for name, value in {
         "emf": motor.emf,
@@ -172,7 +188,12 @@ def set_motor(row: Records, motor: LimitedMotor) -> None:
 
 
 class MotorReadout:
-    """Readings of all drive motors or all steer motors in the last step; lists have one motor of each shaft."""
+    """Readings of all drive motors, or of all steer motors.
+
+    Volts and currents are the values in the last step; heat and energy are totals since the last reset. Each list
+    contains the value of one motor per shaft; the motors on one shaft are identical. `energy` is the total of all
+    motors.
+    """
 
     def __init__(self, drive: WheeledDrive[Any], rows: slice) -> None:
         self._drive, self._rows = drive, rows
@@ -182,17 +203,17 @@ class MotorReadout:
 
     @property
     def volts(self) -> list[float]:
-        """Voltage at the terminals [V]."""
+        """Voltage at the terminals of one motor per shaft [V]."""
         return list(self._column("volts").tolist())
 
     @property
     def current(self) -> list[float]:
-        """Stator current [A]."""
+        """Stator current of one motor per shaft [A]."""
         return list(self._column("current").tolist())
 
     @property
     def supply(self) -> list[float]:
-        """Supply current [A]; negative while regenerating, 0 without bus voltage."""
+        """Supply current of one motor per shaft [A]; negative while regenerating, 0 without bus voltage."""
         bus = self._drive.bus_voltage
         if bus <= 0.0:
             return [0.0] * len(self._column("volts"))
@@ -200,7 +221,7 @@ class MotorReadout:
 
     @property
     def heat(self) -> list[float]:
-        """Copper losses of one motor of each shaft since the last reset [J]."""
+        """Energy lost as heat in the windings of one motor per shaft since the last reset [J]."""
         return list((self._column("model")["winding"] * self._column("charge2")).tolist())
 
     @property
@@ -212,8 +233,8 @@ class MotorReadout:
 class WheeledDrive(ABC, Generic[ConfigT]):
     """Base of `SwerveDrive`, `TankDrive` and `MecanumDrive`.
 
-    A drive has wheels, motors, a battery and encoders, but no pose. In a world, the records of the drive are part
-    of the world's arrays, and the world steps them.
+    A drive has wheels, motors, a battery and encoders, but no pose. In a world, the records of the drive are part of
+    the arrays of the loop, and the loop steps the drive together with the robot.
     """
 
     def __init__(
@@ -226,15 +247,15 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         azimuths: int = 0,
         radii: Sequence[float],
     ) -> None:
-        """Start at rest, not yet bound to a chassis.
+        """Create the drive at rest, without a chassis.
 
         Args:
             config: Nominal drivetrain, as assumed by robot code and the on-board loops.
             battery: Battery of the robot; None for a stiff 12 V supply.
-            wheels: Wheels in the order of `config.positions`.
-            shafts: Shafts that turn the wheels; each wheel is on one shaft.
-            azimuths: Number of steer shafts; their records follow the records of the drive shafts.
-            radii: Nominal wheel radii, as assumed by robot code [m]; `shafts` have the true radii.
+            wheels: Wheels as actually built, in the order of `config.positions`.
+            shafts: Drive shafts as actually built, with the true wheel radii; each wheel is on one shaft.
+            azimuths: Number of steer shafts; their records follow those of the drive shafts in the attribute `shafts`.
+            radii: Nominal radius of each wheel, as assumed by robot code [m].
 
         Raises:
             ConfigError: If the wheels of a shaft do not have the same y coordinate.
@@ -246,7 +267,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self.robot_record = records(ROBOT)
         """Record of the robot in the arrays of the loop, shape (1,)."""
         self.shafts = records(SHAFT, len(shafts) + azimuths)
-        """Records of the drive shafts, followed by those of the steer shafts."""
+        """Records of the drive shafts, followed by the records of the steer shafts, in the arrays of the loop."""
         self.wheel_records = records(WHEEL, self._wheels)
         """Records of the wheels, in the order of `config.positions`."""
         self._shafts, self._wheel_configs = tuple(shafts), tuple(wheels)
@@ -279,23 +300,26 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._free_speeds = [free_speed(s, self._wheel_configs, self.static_loads) for s in shafts]
         self._kept_limits: list[tuple[float, float]] = []
         self.drive_motors = MotorReadout(self, slice(0, len(shafts)))
-        """Readings of the drive motors."""
+        """Readings of the drive motors in the last step."""
 
     @property
     def shaft_angles(self) -> FloatArray:
-        """Rotation of the drive shafts since the reset, at the wheel, continuous over turns [rad], shape (shafts,)."""
+        """Angles of the drive shafts since the reset, on the wheel side of the gears [rad], shape (shafts,).
+
+        The angles are continuous over turns.
+        """
         angles: FloatArray = self.shafts["position"][: self._driven]
         return angles
 
     @property
     def shaft_speeds(self) -> FloatArray:
-        """Angular velocities of the drive shafts at the wheel [rad/s], shape (shafts,)."""
+        """Angular velocities of the drive shafts, on the wheel side of the gears [rad/s], shape (shafts,)."""
         speeds: FloatArray = self.shafts["speed"][: self._driven]
         return speeds
 
     @property
     def other_current(self) -> float:
-        """Battery current of all consumers other than the robot's motors [A]; may be set at any time."""
+        """Battery current of consumers other than the robot's motors [A]; a new value applies from the next step on."""
         return float(self.robot_record["request"]["other_current"][0])
 
     @other_current.setter
@@ -304,7 +328,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def enabled(self) -> bool:
-        """Whether the robot is enabled; the motors of a disabled robot are in neutral."""
+        """Whether the robot is enabled; the drive and steer motors of a disabled robot are in neutral."""
         return bool(self.robot_record["request"]["is_enabled"][0])
 
     @enabled.setter
@@ -327,7 +351,8 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             center_of_mass: Center of mass in the robot frame [m].
 
         Raises:
-            NonFiniteError: If a value is not finite, or mass or inertia is not above zero; the old values are kept.
+            NonFiniteError: If a value is not finite, or mass or inertia is not above zero; the old values stay in
+                effect.
         """
         if not (all(map(math.isfinite, (mass, yaw_inertia, *center_of_mass))) and mass > 0.0 and yaw_inertia > 0.0):
             raise NonFiniteError(
@@ -373,21 +398,21 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         return float(self.robot_record["yaw_rate"][0])
 
     def set_requests(self, kinds: Sequence[int], values: Sequence[float]) -> None:
-        """Apply the voltages or duty cycles that motor controllers request, until the next command.
+        """Command the output of each motor controller until the next command.
 
         Args:
             kinds: `VOLTS` or `DUTY` of `simcore.loop.robot_state` for each drive shaft, then each steer shaft.
-            values: Voltages [V] or duty cycles, -1 to 1.
+            values: Voltage [V] or duty cycle, -1 to 1, for each shaft in the same order.
 
         Raises:
-            NonFiniteError: If a value is missing, NaN or infinite; the message names the shaft, and the old requests
-                are kept.
+            NonFiniteError: If a value is not a finite number; the message names the shaft, and the old command stays in
+                effect.
         """
         name = type(self).__name__
         self._command(kinds, [checked_number(f"{name} request of shaft {k}", value) for k, value in enumerate(values)])
 
     def keep_limits(self, limits: Sequence[tuple[float, float]]) -> None:
-        """Limit the stator and supply current of each motor; configured limits still apply.
+        """Limit the stator and supply current of each motor from the next step on; configured limits still apply.
 
         Args:
             limits: Stator and supply limit of each drive shaft, then of each steer shaft, per motor [A].
@@ -400,7 +425,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             request["supply_limit"] = np.minimum(model["supply_limit"], supply)
 
     def _command(self, mode: int | Sequence[int], requests: Sequence[float]) -> None:
-        """Write requests to the first `len(requests)` shafts."""
+        """Write a common mode, or a mode per shaft, and values to the requests of the first `len(requests)` shafts."""
         request = self.shafts["request"][: len(requests)]
         request["mode"], request["value"] = mode, requests
 
@@ -408,7 +433,11 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @abstractmethod
     def wheel_angles(self) -> list[float]:
-        """Return the steer angle of each wheel, in the order of `config.positions`, continuous over turns [rad]."""
+        """Return the direction of each wheel, counter-clockwise from forward, continuous over turns [rad].
+
+        The order is that of `config.positions`. The direction is the steer angle of a swerve module, 0 for the wheels
+        of a tank drive, and the direction in which a mecanum wheel grips.
+        """
 
     @abstractmethod
     def motor_currents(self) -> dict[str, list[float]]:
@@ -417,12 +446,12 @@ class WheeledDrive(ABC, Generic[ConfigT]):
     @property
     @abstractmethod
     def gearing(self) -> dict[str, list[float]]:
-        """Rotor turns per turn of the wheel or module for every motor, by the groups of `motor_currents` [-]."""
+        """Gear ratio of every motor: rotor turns per turn of wheel or module [-], by the groups of `motor_currents`."""
 
     def wheel_distances(self) -> list[float]:
         """Return the distance that each wheel has rolled since the reset, in the order of `config.positions` [m].
 
-        Distances are from the encoders and the nominal wheel radii, also for a wheel that slips.
+        The distance is the encoder angle times the nominal wheel radius, even for a wheel that slips.
         """
         angles = self.shaft_angles.tolist()
         return [angles[g] * r for g, r in zip(self._shaft_of_wheel, self._wheel_radii, strict=True)]
@@ -430,7 +459,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
     def wheel_speeds(self) -> list[float]:
         """Return the tread speed of each wheel relative to the robot, in the order of `config.positions` [m/s].
 
-        Speeds are from the encoders and the nominal wheel radii.
+        The speed is the encoder speed times the nominal wheel radius.
         """
         speeds = self.shaft_speeds.tolist()
         return [speeds[g] * r for g, r in zip(self._shaft_of_wheel, self._wheel_radii, strict=True)]
@@ -443,7 +472,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def wheel_forces(self) -> FloatArray:
-        """Mean horizontal force of the ground on each wheel in the last call, robot axes [N], shape (n, 2)."""
+        """Mean horizontal ground force on each wheel in the last call of the loop, robot axes [N], shape (n, 2)."""
         return np.column_stack((self.wheel_records["mean_x"], self.wheel_records["mean_y"]))
 
     @property
@@ -453,7 +482,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def robot(self) -> RobotMass:
-        """Current mass properties and wheel positions: those of `config` until `set_mass_properties` is called."""
+        """Current mass properties and wheel positions; equal to `config` before a call of `set_mass_properties`."""
         return self._robot
 
     @property
@@ -463,7 +492,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def browned_out(self) -> bool:
-        """Whether motor outputs are off because of a brown-out or a reset of the roboRIO."""
+        """Whether motor outputs are off because of a brownout or a reset of the roboRIO."""
         return self.battery.browned_out
 
     @property
@@ -478,7 +507,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     @property
     def max_speed(self) -> float:
-        """Top speed straight ahead at 12 V, limited by the slowest shaft; see `free_speed` [m/s]."""
+        """Top speed straight ahead at 12 V [m/s]: the lowest `free_speed` of the drive shafts."""
         return min(self._free_speeds)
 
     @property

@@ -28,52 +28,58 @@ MAKERS = ("limelight", "photonvision", "questnav")
 """Valid values of the key `maker`."""
 _MOST_PIPELINES = 10
 _MOUNT = (
-    Key("x", ROBOT_PLACE, about="of the lens; x and y from the robot's center", example=0.3),
-    Key("y", ROBOT_PLACE, 0.0, "to the left"),
-    Key("z", ROBOT_HEIGHT, about="above the floor", example=0.4),
-    Key("roll_deg", DEGREES, 0.0),
-    Key("pitch_deg", DEGREES, 0.0, "negative looks up", -20.0),
-    Key("yaw_deg", DEGREES, 0.0, "direction of view: 0 front, 90 left, 180 back"),
+    Key("x", ROBOT_PLACE, about="x coordinate of the lens, forward of the robot's center [m]", example=0.3),
+    Key("y", ROBOT_PLACE, 0.0, "y coordinate of the lens, left of the robot's center [m]"),
+    Key("z", ROBOT_HEIGHT, about="height of the lens above the floor [m]", example=0.4),
+    Key("roll_deg", DEGREES, 0.0, "roll of the camera [deg]"),
+    Key("pitch_deg", DEGREES, 0.0, "pitch of the camera [deg]; negative for a camera that points up", -20.0),
+    Key("yaw_deg", DEGREES, 0.0, "direction of view, counter-clockwise [deg]: 0 front, 90 left, 180 back"),
 )
-_MAKER = Key("maker", MAKERS, MAKERS[0])
-_FPS = Key("fps", FRAME_RATE, None, "frames per second; left out: that of its type", 30.0, "frame_rate")
+_MAKER = Key("maker", MAKERS, MAKERS[0], "vision system of the camera or headset")
+_FPS = Key("fps", FRAME_RATE, None, "processed frames per second [1/s]; left out: that of the type", 30.0, "frame_rate")
 _LENS = (
-    Key("resolution", Several(Quantity("", 1, 10_000, is_whole=True), or_one=False), (), "across, down", [1280, 720]),
-    Key("horizontal_fov_deg", FIELD_OF_VIEW, None, "of the lens; without this and diagonal_fov_deg that of its type"),
-    Key("diagonal_fov_deg", FIELD_OF_VIEW, None, "or horizontal_fov_deg", 76.0),
+    Key("resolution", Several(Quantity("", 1, 10_000, is_whole=True), or_one=False), (), "width and height of the "
+        "picture [px]; left out: those of the type", [1280, 720]),
+    Key("horizontal_fov_deg", FIELD_OF_VIEW, None, "horizontal field of view [deg]; left out: from diagonal_fov_deg, "
+        "else that of the type"),
+    Key("diagonal_fov_deg", FIELD_OF_VIEW, None, "diagonal field of view [deg], instead of horizontal_fov_deg", 76.0),
     _FPS,
-    Key("latency_ms", Quantity("ms", 0.0, 10_000.0), None, "from exposure until robot code can read it", 30.0),
-    Key("noise_px", NOISE_PIXELS, None, "of a tag's corners", 0.085),
-    Key("mode", Several(("tags", "pieces")), ("tags",), '["tags", "pieces"] are pipelines 0 and 1'),
-)
+    Key("latency_ms", Quantity("ms", 0.0, 10_000.0), None, "time from the exposure until robot code can read the "
+        "result [ms]; left out: that of the type", 30.0),
+    Key("noise_px", NOISE_PIXELS, None, "standard deviation of a tag corner in each direction [px]; left out: that of "
+        "the type", 0.085),
+    Key("mode", Several(("tags", "pieces")), ("tags",), 'target of each pipeline: ["tags", "pieces"] sets pipelines 0 '
+        'and 1'),
+)  # fmt: skip
 _TYPES = tuple(LIMELIGHTS)
 CAMERAS = {table.head: table for table in (
-    KeyTable("limelight", "a Limelight", (
+    KeyTable("limelight", "a Limelight camera", (
         _MAKER,
-        Key("name", str, about="of its NetworkTables table", example="limelight"),
-        Key("type", _TYPES, about=f"{', '.join(_TYPES[:-1])} or {_TYPES[-1]}", example="LL4"),
+        Key("name", str, about="name of the camera's NetworkTables table", example="limelight"),
+        Key("type", _TYPES, about=f"model: {', '.join(_TYPES[:-1])} or {_TYPES[-1]}", example="LL4"),
         *_MOUNT,
         *_LENS,
-        Key("json", bool, False, "whether each frame is also published as JSON"),
+        Key("json", bool, False, "whether the camera also publishes each frame as JSON"),
     )),
-    KeyTable("photonvision", "a PhotonVision camera; needs no table if robot code says where it is", (
+    KeyTable("photonvision", "a PhotonVision camera; needs no table if robot code gives the camera's pose", (
         _MAKER,
-        Key("name", str, about='as in PhotonCamera("front")', example="front"),
-        Key("type", (PHOTON_LENS.name,), None, "of the image sensor", PHOTON_LENS.name),
+        Key("name", str, about='name in robot code, as in PhotonCamera("front")', example="front"),
+        Key("type", (PHOTON_LENS.name,), None, f"model of the image sensor; left out: {PHOTON_LENS.name}",
+            PHOTON_LENS.name),
         *_MOUNT,
         *_LENS,
     )),
-    KeyTable("questnav", "a QuestNav headset; needs no table if robot code sets its pose at the start", (
-        _MAKER, *_MOUNT, replace(_FPS, default=QuestConfig().frame_rate, about="poses per second", example=None),
+    KeyTable("questnav", "a QuestNav headset; needs no table if robot code sets the headset's pose at the start", (
+        _MAKER, *_MOUNT, replace(_FPS, default=QuestConfig().frame_rate, about="poses per second [1/s]", example=None),
     )),
 )}  # fmt: skip
 
 
 def read_cameras(file: Table) -> tuple[tuple[CameraConfig, ...], QuestConfig | None]:
-    """Return the cameras and the QuestNav headset in a file; the headset is None if the file has none.
+    """Return the cameras and the QuestNav headset that a file describes; None for a missing headset.
 
     Raises:
-        ConfigError: A value in a table is invalid.
+        ConfigError: A value in a table is invalid, or two tables describe a QuestNav headset.
     """
     cameras: list[CameraConfig] = []
     headset: QuestConfig | None = None
@@ -108,13 +114,13 @@ def _camera(t: Table, v: dict[str, Any], mount: CameraMount) -> CameraConfig:
 
 
 def _lens(t: Table, v: dict[str, Any], base: LimelightType) -> LimelightType:
-    """Return a camera type with the resolution, field of view, rate, latency and noise given in the table."""
+    """Return a copy of a camera type with the resolution, field of view, frame rate, latency and noise of the table."""
     size = v["resolution"]
     if size and len(size) != 2:
         raise t.error("resolution", f"must be two numbers, across and down, e.g. [1280, 720]; got {list(size)}")
     width, height = size or (base.width, base.height)
     across, down = base.horizontal_fov_deg, base.vertical_fov_deg
-    if size:  # same lens; the picture is cropped to another aspect ratio
+    if size:  # the lens stays, and the picture is cropped to another aspect ratio
         down = vertical_fov_deg(across, width, height)
     horizontal, diagonal = v["horizontal_fov_deg"], v["diagonal_fov_deg"]
     if horizontal is not None and diagonal is not None:
@@ -125,7 +131,7 @@ def _lens(t: Table, v: dict[str, Any], base: LimelightType) -> LimelightType:
     if horizontal is not None:
         across, down = horizontal, vertical_fov_deg(horizontal, width, height)
     capture, pipeline = base.capture_latency, base.pipeline_latency
-    if v["latency_ms"] is not None:  # capture and pipeline keep their shares
+    if v["latency_ms"] is not None:  # both latencies change by the same factor
         factor = 1e-3 * v["latency_ms"] / (capture + pipeline)
         capture, pipeline = factor * capture, factor * pipeline
     return replace(

@@ -1,7 +1,7 @@
-"""Table `[drivetrain]` of `simcore.toml`: a description of the drivetrain, or corrections to that of the program.
+"""Table `[drivetrain]` of `simcore.toml`: description of the drivetrain, or corrections to the found drivetrain.
 
-The table is optional. Without motors, the values correct the drivetrain found in the program. With motors, the table
-describes the whole drivetrain, and the program is not searched.
+The table is optional. A table without motors corrects the drivetrain found in the program. A table with motors
+describes the whole drivetrain, and simcore does not search the program for a drivetrain.
 """
 
 from __future__ import annotations
@@ -29,68 +29,94 @@ from simcore.robot_file.key_tables import Key, KeyTable, Several, Table
 __all__ = ["DRIVETRAIN", "MEASURES", "NO_PHOENIX_5", "OLD_CONTROLLERS", "DrivetrainSettings", "read_drivetrain"]
 
 _OF_DEVICES = ("controller", "steer_controller", "steer", "encoder", "encoders", "wheel_encoders")
-"""Keys for devices other than the drive motors."""
+"""Keys for devices other than the drive motors; a table with these keys needs the drive motors, too."""
 KINDS = ("swerve", "tank", "mecanum")
 ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder", "DutyCycle", "AnalogInput", "AnalogPotentiometer")
 """WPILib classes that read absolute encoders on ports of the roboRIO."""
 ENCODERS = ("CANcoder", *ON_PORTS, "wired", "none")
-"""Kinds of absolute steer encoders: separate encoders, encoders wired to the steer motors' controllers, or none."""
+"""Valid values of the key `encoder`: a class in robot code, `wired` (to the steer motors' controllers) or `none`."""
 NO_PHOENIX_5 = (
     "Phoenix 5 (Talon SRX, Victor SPX, Pigeon IMU) is not simulated: it ends with the roboRIO, and its Python package "
     "does not install with Phoenix 6 26.3. TalonFX, SPARK MAX, SPARK Flex and PWM controllers work, and so do Pigeon2 "
     "and navX"
 )
 OLD_CONTROLLERS = dict.fromkeys(("Talon SRX", "Victor SPX"), NO_PHOENIX_5)
-"""Phoenix 5 motor controllers, with the reason why they are refused in a file."""
+"""Reason why a file may not name a Phoenix 5 motor controller, by model of the controller."""
 _IDS = Several(DeviceAddress, or_one=False)
 _ROWS = Several(Quantity("", 0, 62, is_whole=True), or_one=False)
 _PLACES = Several(ROBOT_PLACE)
 
 MEASURES = (
-    Key("drive_motor", MOTOR_NAMES, None, "left out: the usual one of the controller", "NEO"),
-    Key("steer_motor", MOTOR_NAMES, None, "", "NEO 550"),
-    Key("drive_gearing", GEARING, None, "rotor turns per wheel turn", 6.75),
-    Key("steer_gearing", GEARING, None, "rotor turns per turn of the azimuth", 21.43),
-    Key("coupling_ratio", RATIO, None, "drive rotor turns per azimuth turn while the wheel is at rest", 0.0),
-    Key("wheel_diameter", ROBOT_LENGTH, None, "", 0.1016),
-    Key("trackwidth", ROBOT_LENGTH, None, "of a tank drive, between left and right wheels", 0.56),
-    Key("dropped_center", bool, None, "of a tank drive: middle wheels lower, as in kit chassis; left out: true", False),
-    Key("reversed", bool, None, "of a tank or mecanum drive: whether positive output drives backward", True),
-    Key("yaw_inertia", INERTIA, None, "kg m^2; left out: PathPlanner's or Choreo's, else that of a plate", 5.0),
-    Key("drive_stator_limit", CURRENT_LIMIT, None, "A per motor; left out: as configured", 60.0),
-    Key("drive_supply_limit", CURRENT_LIMIT, None, "", 60.0),
-    Key("steer_stator_limit", CURRENT_LIMIT, None, "", 20.0),
-    Key("steer_supply_limit", CURRENT_LIMIT, None, "", 20.0),
-)
-"""Keys that correct values found in the program."""
+    Key("drive_motor", MOTOR_NAMES, None, "model of the drive motors; left out: the motor in the program, else the "
+        "usual motor of the controller", "NEO"),
+    Key("steer_motor", MOTOR_NAMES, None, "model of the steer motors; left out: the motor in the program, else the "
+        "usual motor of the controller", "NEO 550"),
+    Key("drive_gearing", GEARING, None, "rotor turns per turn of the wheel; left out: from the program, PathPlanner or "
+        "Choreo, else a guess", 6.75),
+    Key("steer_gearing", GEARING, None, "rotor turns per turn of the steering axis; left out: from the program, else a "
+        "guess", 21.43),
+    Key("coupling_ratio", RATIO, None, "turns of the drive rotor per turn of the steering axis with the wheel at rest",
+        0.0),
+    Key("wheel_diameter", ROBOT_LENGTH, None, "diameter of the wheels [m]; left out: from the program, PathPlanner or "
+        "Choreo, else a guess", 0.1016),
+    Key("trackwidth", ROBOT_LENGTH, None, "distance between the left and right wheels of a tank drive [m]; left out: "
+        "from the program, PathPlanner or Choreo, else a guess", 0.56),
+    Key("dropped_center", bool, None, "whether the middle wheels of a tank drive are lower, as in kit chassis; left "
+        "out: true", False),
+    Key("reversed", bool, None, "whether positive output drives a tank or mecanum drive backward; left out: false",
+        True),
+    Key("yaw_inertia", INERTIA, None, "yaw moment of inertia [kg m^2]; left out: that in PathPlanner or Choreo, else "
+        "that of a uniform plate", 5.0),
+    Key("drive_stator_limit", CURRENT_LIMIT, None, "stator current limit of each drive motor [A]; left out: as "
+        "configured in the program", 60.0),
+    Key("drive_supply_limit", CURRENT_LIMIT, None, "supply current limit of each drive motor [A]; left out: as "
+        "configured in the program", 60.0),
+    Key("steer_stator_limit", CURRENT_LIMIT, None, "stator current limit of each steer motor [A]; left out: as "
+        "configured in the program", 20.0),
+    Key("steer_supply_limit", CURRENT_LIMIT, None, "supply current limit of each steer motor [A]; left out: as "
+        "configured in the program", 20.0),
+)  # fmt: skip
+"""Keys of drivetrain parameters; each key overrides the value found in the program."""
 DRIVETRAIN = KeyTable(
     "[drivetrain]",
-    "what the program does not contain; with motors it describes the whole drivetrain, and the program is not searched",
+    "corrections to the drivetrain found in the program; a table with motors describes the whole drivetrain instead",
     (
-        Key("kind", KINDS, "", "left out: that of the program", "swerve"),
-        Key("controller", str, "", "of the drive motors: TalonFX, SPARK MAX, PWM, ...", "SPARK MAX",
+        Key("kind", KINDS, "", "kind of drive; left out: that of the program", "swerve"),
+        Key("controller", str, "", "model of the drive motors' controllers: TalonFX, SPARK MAX, PWM, ...", "SPARK MAX",
             refused=OLD_CONTROLLERS),
-        Key("drive", _IDS, (), "ids or channels, in the order of your kinematics; mecanum: front left, front right, "
-            "rear left, rear right", [1, 3, 5, 7]),
-        Key("left", _IDS, (), "of a tank drive: motors of the left side, the leader first", [1, 2]),
-        Key("right", _IDS, (), "", [3, 4]),
-        Key("steer_controller", str, "", "left out: that of the drive motors", "SPARK MAX", refused=OLD_CONTROLLERS),
-        Key("steer", _IDS, (), "", [2, 4, 6, 8]),
-        Key("encoder", ENCODERS, "", "on the azimuths; wired: to the steer motors' controllers", "CANcoder"),
-        Key("encoders", _IDS, (), "ids or channels of these", [11, 12, 13, 14]),
-        Key("x", _PLACES, (), "of the modules, forward of the robot's center", [0.27, 0.27, -0.27, -0.27]),
-        Key("y", _PLACES, (), "to the left", [0.27, -0.27, 0.27, -0.27]),
-        Key("zeros_deg", Several(DEGREES), (), "angle that your code reads while the encoder reads 0",
+        Key("drive", _IDS, (), "CAN ids or channels of the drive motors, in the order of your kinematics; mecanum: "
+            "front left, front right, rear left, rear right", [1, 3, 5, 7]),
+        Key("left", _IDS, (), "CAN ids or channels of the motors on the left side of a tank drive, leader first",
+            [1, 2]),
+        Key("right", _IDS, (), "CAN ids or channels of the motors on the right side of a tank drive, leader first",
+            [3, 4]),
+        Key("steer_controller", str, "", "model of the steer motors' controllers; left out: the same as controller",
+            "SPARK MAX", refused=OLD_CONTROLLERS),
+        Key("steer", _IDS, (), "CAN ids or channels of the steer motors, in the order of drive", [2, 4, 6, 8]),
+        Key("encoder", ENCODERS, "", "kind of absolute encoder on the steering axes; wired: connected to the steer "
+            "motors' controllers; left out: CANcoder if encoders is set, else none", "CANcoder"),
+        Key("encoders", _IDS, (), "CAN ids or channels of the absolute encoders, in the order of drive",
+            [11, 12, 13, 14]),
+        Key("x", _PLACES, (), "x coordinates of the modules or mecanum wheels, forward of the robot's center [m]",
+            [0.27, 0.27, -0.27, -0.27]),
+        Key("y", _PLACES, (), "y coordinates of the modules or mecanum wheels, left of the robot's center [m]",
+            [0.27, -0.27, 0.27, -0.27]),
+        Key("zeros_deg", Several(DEGREES), (), "angle of each module in your code at an encoder reading of 0 [deg]",
             [0.0, 0.0, 0.0, 0.0]),
-        Key("reversed_drive", _ROWS, (), "indices in drive, from 0, that go backward with positive output", []),
-        Key("reversed_steer", _ROWS, (), "indices in steer that turn clockwise with positive output", []),
-        Key("reversed_encoders", _ROWS, (), "indices in encoders that count up clockwise", []),
-        Key("wheel_encoders", _ROWS, (), "first DIO channels of encoders on wheels or sides", []),
-        Key("wheel_distances", Several(Quantity("m", -100.0, 100.0)), (), "distance that your code counts for 2048 of "
-            "their pulses", []),
-        Key("gyro", str, "", "model, and number where there are several; left out: the first", "Pigeon2 9"),
-        Key("gyro_upside_down", bool, False, "whether it is upside down, and the program accounts for that", True),
-        Key("gyro_reversed", bool, False, "whether only its yaw is reversed", True),
+        Key("reversed_drive", _ROWS, (), "indices, from 0, of wheels or sides whose motors drive backward with "
+            "positive output", []),
+        Key("reversed_steer", _ROWS, (), "indices, from 0, of modules whose steer motors turn clockwise with positive "
+            "output", []),
+        Key("reversed_encoders", _ROWS, (), "indices, from 0, of modules whose absolute encoders count up clockwise",
+            []),
+        Key("wheel_encoders", _ROWS, (), "first DIO channel of each encoder on a wheel or side", []),
+        Key("wheel_distances", Several(Quantity("m", -100.0, 100.0)), (), "distance that your code counts per 2048 "
+            "pulses of each wheel encoder [m]", []),
+        Key("gyro", str, "", "model of the gyro, with the id if there are several; left out: the first in the program",
+            "Pigeon2 9"),
+        Key("gyro_upside_down", bool, False, "whether the gyro is mounted upside down; the program must account for "
+            "the mounting", True),
+        Key("gyro_reversed", bool, False, "whether only the yaw of the gyro is reversed", True),
         *MEASURES,
     ),
 )  # fmt: skip
@@ -101,41 +127,41 @@ class DrivetrainSettings:
     """Contents of the `[drivetrain]` table; fields without a value in the table keep their defaults."""
 
     kind: str = ""
-    """Kind of the drivetrain, one of `KINDS`."""
+    """Kind of the drivetrain, one of `KINDS`; empty if the table gives no kind."""
     controller: str = ""
-    """Model of the drive motors' controllers, e.g. `TalonFX`, `SPARK MAX` or `PWM`."""
+    """Model of the drive motors' controllers, e.g. `TalonFX`, `SPARK MAX` or `PWM`; empty if not in the table."""
     steer_controller: str = ""
-    """Model of the steer motors' controllers; empty for the model of the drive motors' controllers."""
+    """Model of the steer motors' controllers; empty if equal to `controller`."""
     drive: tuple[tuple[DeviceAddress, ...], ...] = ()
     """CAN IDs or channels of the motors on each wheel, or on each side of a tank drive (left first), leader first."""
     steer: tuple[DeviceAddress, ...] = ()
     """CAN ID or channel of each module's steer motor."""
     encoder: str = ""
-    """Kind of the absolute steer encoders, one of `ENCODERS`."""
+    """Kind of the absolute steer encoders, one of `ENCODERS`; empty if the table gives no kind."""
     encoders: tuple[DeviceAddress, ...] = ()
-    """CAN IDs or channels of the absolute steer encoders."""
+    """CAN IDs or channels of separate absolute steer encoders, in the order of `drive`; may be empty."""
     wheel_encoders: tuple[int, ...] = ()
-    """First DIO channels of encoders on wheels or sides."""
+    """First DIO channel of each encoder on a wheel or side; may be empty."""
     wheel_distances: tuple[float, ...] = ()
     """Distance that robot code counts for one turn (2048 pulses) of each wheel encoder [m]."""
     places: tuple[tuple[float, float], ...] = ()
-    """Positions of the wheels, forward and left of the robot's center [m]."""
+    """Position of each wheel: x forward and y left of the robot's center [m]."""
     zeros: tuple[float, ...] = ()
     """Steer angle that robot code computes for each module at an encoder reading of zero [rad]."""
     reversed_drive: tuple[int, ...] = ()
     """Indices in `drive`, from 0, of the wheels or sides whose motors drive backward with positive output."""
     reversed_steer: tuple[int, ...] = ()
-    """Indices of modules whose steer motors turn clockwise with positive output."""
+    """Indices of modules whose steer motors turn the wheel clockwise, seen from above, with positive output."""
     reversed_encoders: tuple[int, ...] = ()
-    """Indices of modules whose encoders count up clockwise."""
+    """Indices of modules whose absolute encoders count up clockwise, seen from above."""
     gyro: str = ""
-    """Model of the gyro, with the id if there are several gyros, e.g. `Pigeon2 9`."""
+    """Model of the gyro, with the id if there are several gyros, e.g. `Pigeon2 9`; empty for the first gyro."""
     gyro_upside_down: bool = False
     """Whether the gyro is rotated by half a turn about the robot's x axis."""
     gyro_reversed: bool = False
     """Whether only the yaw of the gyro is reversed."""
     measures: Mapping[str, Any] = field(default_factory=dict)
-    """Values in the table by key of `MEASURES`."""
+    """Values of the keys of `MEASURES` that the table gives, by key."""
 
     @property
     def has_devices(self) -> bool:
@@ -144,7 +170,7 @@ class DrivetrainSettings:
 
     @property
     def corrections(self) -> tuple[str, ...]:
-        """Keys in the table that correct directions, positions and zero angles of wheels found in the program."""
+        """Keys in the table that correct directions, positions, zero angles or encoder distances of wheels."""
         own = ("reversed_drive", "reversed_steer", "reversed_encoders", "zeros", "places", "wheel_distances")
         return self._present_keys(*own)
 
@@ -159,7 +185,7 @@ class DrivetrainSettings:
 
 
 def read_drivetrain(t: Table | None) -> DrivetrainSettings:
-    """Read and check the table; return default settings for None.
+    """Read and check the `[drivetrain]` table; return default settings if the file has no such table.
 
     Raises:
         ConfigError: A key is unknown, invalid or missing, or conflicts with another key.
@@ -191,7 +217,13 @@ def read_drivetrain(t: Table | None) -> DrivetrainSettings:
 
 
 def _require_whole(t: Table, s: DrivetrainSettings) -> None:
-    """Check that a table with motors has a kind, a controller, and an entry of every list for each motor."""
+    """Check that a table with motors gives kind and controller, and one entry per wheel in the lists.
+
+    The lists of a tank drive are not checked.
+
+    Raises:
+        ConfigError: The table fails the check.
+    """
     if not s.has_devices:
         return
     if not s.kind or not s.controller:

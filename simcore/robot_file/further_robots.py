@@ -24,42 +24,46 @@ from simcore.world.symmetry import Pose
 __all__ = ["FURTHER_ROBOT", "ROLES", "FurtherRobot", "add_controllers", "players_beside", "read_further_robot"]
 
 ROLES = ("partner", "opponent")
-FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: another robot, the game's own, in the other alliance or in "
-    "yours; it plays while yours is enabled", (
-    Key("name", str, example="defender"),
-    Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), None, "x, y, heading_deg as a blue robot; left out: its auto's, "
-        "else the game's", [2.0, 5.5, 0.0]),
-    Key("auto", str, None, "an auto of the game, by name; without auto, player and script it stands still"),
-    Key("player", str, None, "a role of the game and a level of skill, 1 to 4 (docs/whole_match.md)", "defender:3"),
-    Key("script", str, None, '"module:function" next to this file: called with (robot, time), or a generator for a '
-        "ScriptedRobot", "defense:defend"),
-    Key("preload", Quantity("", 0, 500, is_whole=True), None, "left out: its auto's, else none", 0),
+FURTHER_ROBOT = KeyTable("[[opponent]]", "the game's own robot as an opponent, or with [[partner]] in your alliance; "
+    "plays while your robot is enabled", (
+    Key("name", str, about="name of the robot", example="defender"),
+    Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), None, "start pose for the blue alliance: x [m], y [m], heading "
+        "[deg]; left out: that of the auto, else that of the game", [2.0, 5.5, 0.0]),
+    Key("auto", str, None, "name of an auto of the game; without auto, player and script, the robot stands still"),
+    Key("player", str, None, "scripted player: a role of the game and a skill level from 1 to 4 (docs/whole_match.md)",
+        "defender:3"),
+    Key("script", str, None, '"module:function" in the folder of this file: a function of (robot, time), or a '
+        'generator function for a ScriptedRobot', "defense:defend"),
+    Key("preload", Quantity("", 0, 500, is_whole=True), None, "number of preloaded pieces; left out: that of the auto, "
+        "else 0", 0),
 ))  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FurtherRobot:
-    """Robot other than the team's own; each field has the meaning of the key with the same name in `FURTHER_ROBOT`."""
+    """Partner or opponent of the team's robot; the keys of `FURTHER_ROBOT` explain the fields with the same names."""
 
     name: str
     role: str
     """Role of the robot, one of `ROLES`."""
     start: Pose | None = None
-    """Start pose as a blue robot, field frame [m, m, rad]; None for the start of the auto or of the game."""
+    """Start pose for the blue alliance, field frame [m, m, rad]; None for the start of the auto, else of the game."""
     auto: str | None = None
     player: str | None = None
     script: str | None = None
     preload: int | None = None
     where: str = ""
-    """Name of the table in messages."""
+    """Name of the table for error messages."""
     folder: Path = Path()
     """Folder that contains the module of the robot's script."""
 
     def entry(self, game: Game) -> RobotEntry:
-        """Return the robot's entry in a match; start pose and preload in the file override those of the auto.
+        """Return the robot's match entry for a team robot on the blue alliance.
+
+        Start pose and preload in the file override those of the auto. The role of a scripted player may set the config.
 
         Raises:
-            ConfigError: The game does not have the auto or the role.
+            ConfigError: The game does not have the auto or the role, or the player is not of the form `role:level`.
         """
         start, preload, config = self.start, self.preload, None
         try:
@@ -76,15 +80,21 @@ class FurtherRobot:
         return RobotEntry(alliance=self.alliance("blue"), start=start, preload=preload, config=config)
 
     def alliance(self, ours: Alliance) -> Alliance:
-        """Return the alliance of the robot, given the alliance of the team's robot."""
+        """Return the alliance of the robot: `ours` for a partner, the other alliance for an opponent."""
         theirs: Alliance = "red" if ours == "blue" else "blue"
         return ours if self.role == "partner" else theirs
 
     def controller(self, match: Match, number: int) -> Controller | None:
-        """Return a controller that drives the robot while robots are enabled; None if the robot stands still.
+        """Return a controller that drives the robot while robots are enabled.
+
+        The result is None for a robot without auto, player and script, which stands still.
+
+        Args:
+            match: Match with the robot.
+            number: Index of the robot in the match.
 
         Raises:
-            ConfigError: The script does not exist.
+            ConfigError: The script cannot be imported or is not callable.
         """
         if self.auto is None and self.player is None and self.script is None:
             return None
@@ -118,15 +128,15 @@ class FurtherRobot:
 
 
 def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
-    """Read the table of a further robot.
+    """Return the robot that a `[[partner]]` or `[[opponent]]` table describes.
 
     Args:
         t: Table to read.
         role: Role of the robot, one of `ROLES`.
-        folder: Folder of the file, for scripts.
+        folder: Folder of the file, which contains the modules of scripts.
 
     Raises:
-        ConfigError: A key is missing, unknown or invalid.
+        ConfigError: A key is missing, unknown or invalid, or the table has two of auto, player and script.
     """
     v = FURTHER_ROBOT.read(t)
     t.finish()
@@ -143,11 +153,11 @@ def players_beside(game: Game, match: str) -> tuple[FurtherRobot, ...]:
 
     Args:
         game: Game to play.
-        match: Name of one of the game's practice matches, or a line-up `PARTNERS/OPPONENTS`:
+        match: Name of one of the game's practice matches, or a lineup `PARTNERS/OPPONENTS`, for example
             `collector:3/collector:2,defender`.
 
     Raises:
-        ConfigError: An alliance has too many robots.
+        ConfigError: A player is invalid, or an alliance has too many robots.
         UnknownNameError: The match or a role does not exist.
     """
     with_me, slash, against = match.partition("/")
@@ -170,14 +180,14 @@ def players_beside(game: Game, match: str) -> tuple[FurtherRobot, ...]:
 
 
 def add_controllers(match: Match, robots: Sequence[FurtherRobot]) -> None:
-    """Set the controllers of the further robots, and keep partners and opponents in the right alliance.
+    """Set the controllers of the further robots, and change their alliances when the team's robot changes alliance.
 
     Args:
         match: Match with the robots.
         robots: Further robots, in the order of their numbers in the match, from 1.
 
     Raises:
-        ConfigError: A script does not exist.
+        ConfigError: A script cannot be imported or is not callable.
     """
 
     def follow() -> None:

@@ -27,12 +27,12 @@ __all__ = ["add_arguments", "find_robot_py", "run", "survey"]
 
 _LOOK_SECONDS = 180.0  # a laptop imports a robot program in 10 to 20 s, a busy laptop in 60 s
 _NOT_LINKED = ("ctre_sim", "logs", "__pycache__", "networktables.json")
-"""Files that programs write; if these were links, a program would write into the project."""
+"""Names of files and folders that programs write; through a link, the survey would write into the project."""
 _LEFT_BEHIND = (
     *("__pycache__/", "ctre_sim/", "logs/", "out/", "test_output/", "networktables.json", "networktables.json.bck"),
     *("simgui.json", "simgui-window.json", "*.wpilog", "*.hoot"),
 )
-"""Lines for .gitignore, without `simgui-ds.json`, whose keyboard and gamepad setup belongs to the project."""
+"""Lines for .gitignore; `simgui-ds.json` is missing because teams share its keyboard and gamepad setup."""
 _OWN_SIMULATION = re.compile(r"\bsim_state\b|\bSpark\w*Sim\b|SimCollection\b|\bset_raw_rotor_position\b")
 _WORKFLOW = Path(__file__).with_name("robot-tests.yml")
 
@@ -52,14 +52,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write `simcore.toml` and start the program once with the file, or write the workflow with `--ci`.
+    """Write `simcore.toml` and .gitignore and start the program with the file, or write the workflow with `--ci`.
 
     Returns:
         Exit status: 1 if the program does not start with the file, else 0.
 
     Raises:
-        ConfigError: There is no robot.py, the program does not load, or the file already exists.
-        OutputError: The folder is not writable.
+        ConfigError: There is no robot.py, the program does not load, or the file exists and `--force` is missing.
+        OutputError: A file cannot be written.
     """
     robot_file = find_robot_py(args.folder)
     if args.ci:
@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     if path.exists() and not args.force:
         raise ConfigError(f"{path} already exists; simcore init --force overwrites it")
     if not args.no_look:
-        prepare()  # its first run on a computer takes longer than a program may take to start
+        prepare()  # the first compilation on a computer takes longer than the allowed start of a program
     found = {} if args.no_look else survey(robot_file)
     if "error" in found:
         raise ConfigError(
@@ -99,18 +99,18 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: str, every: bool, starts: bool) -> str:
-    """Write a `simcore.toml`, and write it again without a `[drivetrain]` that prevents the start of the program.
+    """Write a `simcore.toml`, without the `[drivetrain]` table if that table prevents the program from starting.
 
     Args:
         path: Path of the file to write.
-        found: Survey of the program.
+        found: Survey of the program; if the table is omitted, `drivetrain` is replaced with the problem.
         robot_file: Path of the program.
         game: Name of the game to play; empty for no game in the file.
         every: Whether to add all other keys in comments.
         starts: Whether to start the program with the file; False to only read the file.
 
     Returns:
-        Error that still prevents the start; empty if the program starts.
+        Error message if the program does not start (without `starts`, if the file is invalid); empty otherwise.
     """
     while True:
         path.write_text(template(found, game=game, every=every), encoding="utf-8")
@@ -129,7 +129,7 @@ def _write_table(path: Path, found: dict[str, Any], robot_file: Path, *, game: s
 
 
 def _survey_report(found: dict[str, Any], *, is_asked: bool) -> list[str]:
-    """Return lines about the results of the survey, or one line with the reason why there are no results."""
+    """Format the results of the survey as lines of text, or the reason for missing results as one line."""
     if not is_asked:
         return ["did not start the robot program: fill in the mechanisms by hand"]
     if "not_modelled" in found and not any(found.get(what) for what in ("motors", "ports", "cameras")):
@@ -149,7 +149,7 @@ def _survey_report(found: dict[str, Any], *, is_asked: bool) -> list[str]:
 
 
 def _simulates_itself(folder: Path) -> bool:
-    """Return whether any Python file of a program writes to simulated motors."""
+    """Return whether a Python file in a program's folder contains calls that write to simulated motors."""
     files = [path for path in folder.rglob("*.py") if not _is_foreign(path.relative_to(folder))]
     return any(_OWN_SIMULATION.search(path.read_text(encoding="utf-8", errors="replace")) for path in files)
 
@@ -158,7 +158,7 @@ def write_ignored(project: Path) -> Path | None:
     """Add the files that runs leave behind to .gitignore, without repeating or removing lines.
 
     Args:
-        project: Folder in which the program is started.
+        project: Folder in which teams start the program.
 
     Returns:
         Path of .gitignore if it was changed, else None.
@@ -177,13 +177,13 @@ def write_ignored(project: Path) -> Path | None:
 
 
 def find_robot_py(place: Path) -> Path:
-    """Return the robot.py of a project with any layout.
+    """Return the main file of a program from a path in or above the program's folder.
 
     Args:
-        place: Main file of the program, its folder, or a folder above such as that of pyproject.toml.
+        place: Main file, which is returned unchanged, or a folder with robot.py up to three levels down.
 
     Raises:
-        ConfigError: There is no robot.py, or there are several at the same depth.
+        ConfigError: There is no robot.py, several are at the same depth, or the folder is simcore's own.
     """
     if place.is_file():
         return place
@@ -204,7 +204,7 @@ def find_robot_py(place: Path) -> Path:
 
 
 def _is_foreign(path: Path) -> bool:
-    """Return whether a file belongs to an environment, a build or the tests instead of the program."""
+    """Return whether a path is hidden, or inside a virtual environment, a build folder or the tests."""
     return any(
         part.startswith(".") or part in ("venv", "env", "site-packages", "node_modules", "build", "dist", "tests")
         for part in path.parts
@@ -232,8 +232,9 @@ def write_workflow(robot_file: Path, *, source: str, force: bool) -> Path:
         force: Whether to overwrite an existing file.
 
     Raises:
-        ConfigError: The file exists, the project is not in a git repository, or the source of simcore is unknown.
-        OutputError: The file is not writable.
+        ConfigError: The file exists and `force` is false, the project is not in a git repository, or the source of
+            simcore is unknown.
+        OutputError: The file cannot be written.
     """
     project = robot_file.resolve().parent
     root = next((folder for folder in (project, *project.parents) if (folder / ".git").exists()), None)
@@ -273,15 +274,15 @@ def _packages(project: Path) -> list[str]:
 
 
 def survey(robot_file: Path, *options: str) -> dict[str, Any]:
-    """Build the robot program in a separate process and return a survey of the program's devices.
+    """Start the robot program in a separate process and return the devices that the program builds.
 
     Args:
         robot_file: Path of the project's robot.py.
         options: Command-line options of `simcore.robotcode.sim.robot_survey`.
 
     Returns:
-        Results of the survey; with a key `error` if the program cannot be built, or `not_modelled` if simcore does not
-        model a device even with `RobotBase.isReal()` true.
+        Results of the survey. A key `error` gives the reason if the program cannot be built; a key `not_modelled` gives
+        the reason if simcore does not model a device, even with `RobotBase.isReal()` true.
     """
     for module in ("phoenix6", "wpilib"):
         if find_spec(module) is None:
@@ -292,7 +293,7 @@ def survey(robot_file: Path, *options: str) -> dict[str, Any]:
 
 
 def _run_survey(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
-    """Run the survey in a separate process and return the results, or an `error` if the process printed none."""
+    """Run the survey in a separate process and return the results, or an `error` if no results arrive."""
     project = _project_of(robot_file)
     path = [
         str(Path(__file__).resolve().parents[2]),
@@ -322,7 +323,7 @@ def _run_survey(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
 
 
 def _link_contents(project: Path, scratch: Path) -> None:
-    """Link the data files of a project into the folder in which the survey runs, if the system allows links."""
+    """Link the data files and folders of a project into the folder of the survey, if the system allows links."""
     for entry in project.iterdir():
         if entry.name.startswith(".") or entry.name in _NOT_LINKED or entry.suffix == ".py":
             continue

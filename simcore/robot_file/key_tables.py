@@ -1,6 +1,6 @@
-"""Keys of `simcore.toml`; the reader, error messages, template and documentation share one definition per key.
+"""Definitions of the keys of `simcore.toml`, shared by reader, error messages, template and documentation.
 
-Tables are read strictly: a key that the reader does not read is an error.
+An unknown key in a table is an error.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ __all__ = [
 ]  # fmt: skip
 
 REQUIRED: Any = object()
-"""Default of a required key."""
+"""Marker for the default of a required key."""
 
 
 _MEANT = {
@@ -38,7 +38,7 @@ _MEANT = {
     **dict.fromkeys(("ratio", "gear_ratio", "reduction"), "gearing"),
     **dict.fromkeys(("id", "can_id", "motor_id"), "leader"),
 }
-"""Keys by common wrong names whose spelling is too different for an automatic suggestion."""
+"""Correct key for each common wrong name that differs too much in spelling for an automatic suggestion."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -86,7 +86,7 @@ def _toml_hint(text: str) -> str:
 
 
 class Table:
-    """Table of a file, whose values are read by `Key`.
+    """Table of a TOML file that records which keys have been read, to find unknown keys.
 
     Args:
         data: Values from the TOML parser.
@@ -106,18 +106,18 @@ class Table:
         self._asked: list[str] = []
 
     def error(self, key: str, problem: str) -> ConfigError:
-        """Return a `ConfigError` whose message has the table, the key and the problem."""
+        """Return a `ConfigError` whose message names the table, the key and the problem."""
         return ConfigError(f"{self.where}: {key} {problem}")
 
     def __contains__(self, key: str) -> bool:
         return key in self._data
 
     def has(self, key: str) -> bool:
-        """Return whether a key is in the table and its value is not false."""
+        """Return whether the table has a key with a value other than false."""
         return self._data.get(key, False) is not False
 
     def value(self, key: str, default: Any, wanted: str) -> Any:
-        """Return the value of a key, of any type, and record that the key has been read.
+        """Return the value of a key without a check of the type, and record that the key has been read.
 
         Args:
             key: Name of the key.
@@ -133,7 +133,11 @@ class Table:
         return self._data.get(key, default)
 
     def table(self, key: str) -> Table | None:
-        """Return the table under a key, or None if the key is missing."""
+        """Return the table under a key, or None if the key is missing.
+
+        Raises:
+            ConfigError: The value is not a table.
+        """
         value = self.value(key, None, "")
         if value is None:
             return None
@@ -142,10 +146,10 @@ class Table:
         return Table(value, f"{self.where} [{key}]")
 
     def tables(self, key: str) -> list[Table]:
-        """Return the tables in a list of tables; empty if the key is missing.
+        """Return the tables of an array of tables; empty if the key is missing.
 
         Raises:
-            ConfigError: The value is not a list of tables, or two tables have the same `name`.
+            ConfigError: The value is not an array of tables, or two tables have the same `name`.
         """
         value = self.value(key, [], "")
         if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
@@ -157,7 +161,7 @@ class Table:
         return [Table(v, f"{self.where} [[{key}]] {v.get('name', number)!r}") for number, v in enumerate(value, 1)]
 
     def table_or_tables(self, key: str) -> list[Table]:
-        """Return the single table `[key]` or the tables of a list `[[key]]`; empty if the key is missing."""
+        """Return the table `[key]` as a list, or the tables of the array `[[key]]`; empty if the key is missing."""
         value = self._data.get(key)
         if isinstance(value, dict):
             self._asked.append(key)
@@ -165,7 +169,11 @@ class Table:
         return self.tables(key)
 
     def named_tables(self, key: str) -> dict[str, Table]:
-        """Return the tables under a key by name, e.g. `[autos."Left"]` under `autos`."""
+        """Return the tables under a key by name, e.g. `[autos."Left"]` under `autos`; empty if the key is missing.
+
+        Raises:
+            ConfigError: The value is not a table, or contains a value that is not a table.
+        """
         table = self.table(key)
         if table is None:
             return {}
@@ -220,7 +228,7 @@ Names: TypeAlias = Mapping[str, Sequence[str]]
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """Form of a value that is a name in the file."""
+    """Form of a value that names an object defined by another table of the file."""
 
     kind: str
     """Kind of the name, a key of `Names`."""
@@ -235,7 +243,7 @@ class Named:
 
 @dataclass(frozen=True, slots=True)
 class Several:
-    """Form of a value that is a list."""
+    """Form of a value that is a list with entries of one form."""
 
     of: Quantity | tuple[str, ...] | type[str] | type[DeviceAddress]
     """Form of the entries: numbers, names from a fixed set, any text, or devices."""
@@ -254,7 +262,7 @@ text, or a device."""
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """Key of a table.
+    """Definition of a key in a table: name, valid values, default and meaning.
 
     >>> from simcore.quantities import MASS, ROBOT_PLACE
     >>> Key("mass", MASS).read(Table({"mass": -3}, "simcore.toml [robot]"), {})
@@ -278,9 +286,9 @@ that is -0.61 m
     """Name of the field in the config; empty for the name of the key. A single angle is converted from degrees to
     radians unless the field ends in `_deg`; angles in a row are always converted."""
     is_guess: bool = False
-    """Whether the default is a guess, which is reported until the file has the key."""
+    """Whether the default is a guess, which simcore reports until the file gives the key."""
     needs: tuple[str, str] | None = None
-    """Another key that this key requires, with a value other than false, and the value shown in the error message."""
+    """Key that must be present, too, with a value other than false, and the value to suggest in the error message."""
     refused: Mapping[str, str] | None = None
     """Reason for the refusal of each refused text; None if no text is refused."""
 
@@ -295,7 +303,7 @@ that is -0.61 m
             names: Valid names by kind, for values that are names in the file.
 
         Raises:
-            ConfigError: The value is invalid, a required key is missing, or another required key is missing.
+            ConfigError: The value is invalid, the key is required but missing, or the key in `needs` is missing.
         """
         form: Any = self.form
         if isinstance(form, Named):
@@ -326,7 +334,7 @@ that is -0.61 m
 
     @property
     def target(self) -> str:
-        """Name of the field in the config."""
+        """Name of the config field that receives the value."""
         return self.field or self.name
 
     def line(self, prefix: str = "# ") -> str:
@@ -356,7 +364,7 @@ class KeyTable:
     def read(self, t: Table, names: Names | None = None) -> dict[str, Any]:
         """Return the values (or defaults) of all keys by config field, in the units of the config.
 
-        Unknown keys are no error here; `Table.finish` refuses them.
+        Unknown keys are not an error here; `Table.finish` reports unknown keys.
 
         Raises:
             ConfigError: A value is invalid, or a required key is missing.
@@ -388,7 +396,7 @@ class KeyTable:
 
 
 _HEADINGS = ("heading_deg", "start", "yaw_deg", "elevation_deg")
-"""Keys of angles in degrees whose values are checked for having been given in radians by mistake."""
+"""Keys of angles [deg] whose values are checked for radians written by mistake."""
 
 
 def _as_radians(name: str, value: object) -> float | None:

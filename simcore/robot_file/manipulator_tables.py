@@ -44,8 +44,8 @@ _CARRIER = Named("carrier", "[[mechanism]] of kind arm, turret, elevator or rack
 _STORAGE = Named("storage", "[[storage]]")
 _DIRECTIONS = ("forward", "backward")
 _EDGE = Quantity("m", 0.0, 2.0, is_open=True)
-_KINDS = Key("kinds", Several(str), (), "kinds of pieces; left out: all", ["Name"])
-_PLACES = tuple(Key(axis, ROBOT_PLACE, 0.0) for axis in "yz")
+_KINDS = Key("kinds", Several(str), (), "names of the kinds of pieces; left out: all kinds", ["Name"])
+_PLACES = tuple(Key(axis, ROBOT_PLACE, 0.0, f"{axis} coordinate, from the joint of the carrier [m]") for axis in "yz")
 _OUTLET, _TURRET = ("outlet", "<side>"), ("turret", "<mechanism>")
 _LEAN = Quantity("deg", 0.0, 68.0)
 _ROOM = StorageConfig()
@@ -55,7 +55,7 @@ def _box(about: str, *corners: float | None, examples: tuple[float | None, ...] 
     """Return the keys `x_min` to `z_max` of a box.
 
     Args:
-        about: Meaning of the box, written at `x_min`.
+        about: Description of the box, for the key `x_min`.
         corners: Default of each key [m]; None for a required key.
         examples: Value of each key in the template [m]; None for the default.
     """
@@ -66,108 +66,131 @@ def _box(about: str, *corners: float | None, examples: tuple[float | None, ...] 
     )
 
 
-STORAGE = KeyTable("[[storage]]", "only if the robot has several, e.g. one per shooter; preloads are in the first", (
-    Key("name", str, "", "intakes and shooters refer to it by this", "front"),
-    Key("capacity", Quantity("", 1, 500, is_whole=True), None, "left out: that of [robot]", 20),
-    Key("order", ("fifo", "lifo"), _ROOM.order, "lifo is a stack"),
-    *_box("box in which held pieces are drawn", *(e for ends in zip(_ROOM.low, _ROOM.high, strict=True) for e in ends)),
-    Key("outlet", tuple(FACES), None, "side with the opening to the shooter: pieces fall, roll and jam in the box one "
-        "by one; left out: they are a list", "front", needs=("outlet_width", "<m>")),
-    Key("outlet_width", ROBOT_LENGTH, None, "needed with an outlet; below three diameters pieces can jam", 0.4,
+STORAGE = KeyTable("[[storage]]", "a storage for pieces; without a table, the robot has one storage; preloads are in "
+    "the first storage", (
+    Key("name", str, "", "name that intakes and shooters use for the storage", "front"),
+    Key("capacity", Quantity("", 1, 500, is_whole=True), None, "maximum number of pieces; left out: that of [robot]",
+        20),
+    Key("order", ("fifo", "lifo"), _ROOM.order, "order in which pieces leave: first in, first out, or last in, first "
+        "out"),
+    *_box("box for the pieces, robot frame [m]: lower and upper limits in x, y and z",
+        *(e for ends in zip(_ROOM.low, _ROOM.high, strict=True) for e in ends)),
+    Key("outlet", tuple(FACES), None, "side with the opening to the shooter; with an outlet, pieces fall, roll and jam "
+        "in the box; left out: pieces form a queue without motion", "front", needs=("outlet_width", "<m>")),
+    Key("outlet_width", ROBOT_LENGTH, None, "width of the outlet [m], needed with outlet; pieces can jam if the width "
+        "is below three diameters", 0.4, needs=_OUTLET),
+    Key("outlet_height", ROBOT_LENGTH, None, "height of the outlet (bottom: length along x) [m]; left out: equal to "
+        "the width", 0.2, needs=_OUTLET),
+    Key("outlet_place", (ROBOT_PLACE,) * 2, None, "center of the outlet, robot frame [m]: y and z (left or right side: "
+        "x and z; bottom: y and x); left out: middle of the side, at the floor", [0.0, 0.35], needs=_OUTLET),
+    Key("inlet", tuple(FACES)[:-1], None, "wall where pieces enter, at the top; left out: opposite the outlet (bottom: "
+        "back)", "back", needs=_OUTLET),
+    Key("belt", _ONE, None, "mechanism that moves pieces on the floor; left out: no belt", "feeder", needs=_OUTLET),
+    Key("belt_travel", RATIO, 0.025, "travel of a piece per radian of the belt mechanism [m]: the roller radius, or "
+        "half of the radius if pieces roll along a fixed ceiling; negative if the mechanism turns backward to feed",
         needs=_OUTLET),
-    Key("outlet_height", ROBOT_LENGTH, None, "left out: equal to the width", 0.2, needs=_OUTLET),
-    Key("outlet_place", (ROBOT_PLACE,) * 2, None, "its center: y and z, in the left or right side x and z, in "
-        "the bottom y and x; left out: in the middle of the side, at the floor", [0.0, 0.35],
-        needs=_OUTLET),
-    Key("inlet", tuple(FACES)[:-1], None, "wall at whose top pieces enter; left out: opposite the outlet", "back",
-        needs=_OUTLET),
-    Key("belt", _ONE, None, "a mechanism that moves pieces on the floor; left out: none", "feeder",
-        needs=_OUTLET),
-    Key("belt_travel", RATIO, 0.025, "travel of a piece per radian of it [m]: radius of its roller, half of it where "
-        "pieces roll along a fixed ceiling; negative if it turns backward to feed", needs=_OUTLET),
-    Key("funnel_deg", _LEAN, 0.0, "angle of the walls next to the outlet; 0: its corners are dead", field="funnel",
-        needs=_OUTLET),
-    Key("slope_deg", _LEAN, 0.0, "of the floor, down to an outlet in a wall", field="slope", needs=_OUTLET),
-    Key("friction", FRICTION, None, "of foam pieces on walls, floor and belt; left out: 0.4, foam on a wall", 0.4,
-        needs=_OUTLET),
+    Key("funnel_deg", _LEAN, 0.0, "tilt of the walls next to the outlet, toward the outlet [deg]; at 0, pieces stay in "
+        "the corners", field="funnel", needs=_OUTLET),
+    Key("slope_deg", _LEAN, 0.0, "slope of the floor, down to an outlet in a wall [deg]", field="slope", needs=_OUTLET),
+    Key("friction", FRICTION, None, "coefficient of friction of foam pieces on walls, floor and belt; left out: 0.4, "
+        "for foam on a wall", 0.4, needs=_OUTLET),
 ))  # fmt: skip
-INTAKE = KeyTable("[[intake]]", "takes in pieces in this box while the roller turns forward; one table per intake", (
-    *_box("x is forward, so this box is behind the bumpers: an intake at the back; at the front both x are positive, "
-        "at the left side both y",
+INTAKE = KeyTable("[[intake]]", "an intake, which takes in pieces inside a box while the roller turns; one table "
+    "per intake", (
+    *_box("box in which pieces are taken in, robot frame [m]; for an intake at the back, both x are negative; at the "
+        "front, both x are positive; at the left side, both y are positive",
         None, None, None, None, -0.1, 0.2, examples=(-0.6, -0.35, -0.3, 0.3, None, None)),
-    Key("roller", _ONE, about="a mechanism; takes in above one turn per second", example="intake"),
-    Key("takes_in", _DIRECTIONS, "forward", "or backward: direction of the roller then"),
-    Key("deploy", _ONE, None, "a mechanism that must be deployed; left out: none", "pivot"),
-    Key("out_at", ("upper", "lower"), "upper", "stop at which it is deployed", "lower", field="deployed_at",
-        needs=("deploy", "<mechanism>")),
-    Key("on", _CARRIER, None, "carrier of the box, which is then from that joint, with all joints at 0", "pivot"),
-    Key("storage", _STORAGE, "", "where pieces go; left out: the first", "front"),
+    Key("roller", _ONE, about="mechanism of the roller, which takes in pieces above one turn per second",
+        example="intake"),
+    Key("takes_in", _DIRECTIONS, "forward", "direction in which the roller takes in pieces"),
+    Key("deploy", _ONE, None, "mechanism that deploys the intake; left out: always deployed", "pivot"),
+    Key("out_at", ("upper", "lower"), "upper", "stop of the deploy mechanism at which the intake is deployed", "lower",
+        field="deployed_at", needs=("deploy", "<mechanism>")),
+    Key("on", _CARRIER, None, "carrier of the box; the box is then relative to the joint of the carrier, with all "
+        "joints at 0; left out: the robot", "pivot"),
+    Key("storage", _STORAGE, "", "storage that the intake fills; left out: the first", "front"),
     _KINDS,
 ))  # fmt: skip
-SHOOTER = KeyTable("[[shooter]]", "one table per shooter; shoots while its wheels turn five times a second or more", (
-    Key("wheels", _SOME, about='a flywheel, or two with their own speeds: ["lower", "upper"]', example="shooter"),
-    Key("side_by_side", bool, False, "whether two wheels are left and right, not lower and upper"),
-    Key("feeder", _SOME, (), "must turn forward, one or a list; left out: spinning wheels suffice", "feeder", "gate"),
-    Key("feeder_backward", Several(str), (), "feeders that turn backward to feed", "feeder", "gate_reversed"),
-    Key("storage", _STORAGE, "", "where pieces come from; left out: the first", "front"),
-    Key("hood", _ONE, None, "a mechanism that tilts the shot; left out: it is fixed", "hood"),
-    Key("elevation_deg", DEGREES, about="of the shot, with the hood at angle 0", example=65.0, field="elevation"),
-    Key("elevation_per_hood", RATIO, -1.0, "-1 if the shot gets flatter as the hood goes up",
-        needs=("hood", "<mechanism>")),
-    Key("turret", _ONE, None, "a mechanism that turns the shot; left out: it is fixed", "turret"),
-    Key("turret_ratio", RATIO, 1.0, "turns of the shot per turn of that mechanism", needs=_TURRET),
-    Key("turret_x", ROBOT_PLACE, None, "where the turret's axis is; left out: at its joint", 0.0, "pivot_x",
-        needs=_TURRET),
-    Key("turret_y", ROBOT_PLACE, None, "", 0.0, "pivot_y", needs=_TURRET),
-    Key("height", ROBOT_LENGTH, about="of the muzzle: the center of a piece as it leaves", example=0.5),
-    Key("forward", ROBOT_PLACE, 0.0, "of the muzzle, from the robot's center or the turret's axis", 0.15),
-    Key("yaw_deg", DEGREES, 0.0, "direction of shots, turret at 0: 0 front, 90 left, 180 back", field="heading"),
-    Key("barrels", Several(ROBOT_PLACE), (0.0,), "positions across, to the left"),
-    Key("shots_per_second", RATE, 8.0, "of each barrel", field="shot_rate"),
-    Key("wheel_radius", Several(WHEEL_RADIUS), (0.05,), "for two wheels also [lower, upper]", 0.05),
-    Key("compression", EFFICIENCY, 0.15, "compression of a piece as a fraction of its diameter"),
-    Key("compression_loss", FACTOR, 0.0, "energy that a shot loses to the piece's foam [J]"),
-    Key("exit_efficiency", EFFICIENCY, None, "piece's speed over the rim's; `simcore calibrate` fits it; left "
-        "out: 0.49 (against a fixed hood), of two wheels 0.98", 0.49),
+SHOOTER = KeyTable("[[shooter]]", "a shooter, which launches pieces while the wheels turn at five turns per second "
+    "or more; one table per shooter", (
+    Key("wheels", _SOME, about='flywheel, or two flywheels with separate speeds: ["lower", "upper"]',
+        example="shooter"),
+    Key("side_by_side", bool, False, "whether two wheels are left and right instead of lower and upper"),
+    Key("feeder", _SOME, (), "mechanism or mechanisms that must turn forward to feed pieces; left out: no feeder",
+        "feeder", "gate"),
+    Key("feeder_backward", Several(str), (), "feeders that must turn backward instead; left out: none", "feeder",
+        "gate_reversed"),
+    Key("storage", _STORAGE, "", "storage that feeds the shooter; left out: the first", "front"),
+    Key("hood", _ONE, None, "mechanism of the hood; left out: a fixed hood", "hood"),
+    Key("elevation_deg", DEGREES, about="elevation of the shot at hood angle 0 [deg]", example=65.0, field="elevation"),
+    Key("elevation_per_hood", RATIO, -1.0, "change of the elevation per change of the hood angle; -1 if the shot gets "
+        "flatter as the angle increases", needs=("hood", "<mechanism>")),
+    Key("turret", _ONE, None, "mechanism of the turret; left out: no turret", "turret"),
+    Key("turret_ratio", RATIO, 1.0, "turns of the shot direction per turn of the turret mechanism", needs=_TURRET),
+    Key("turret_x", ROBOT_PLACE, None, "x coordinate of the turret axis [m]; left out: that of the turret's joint", 0.0,
+        "pivot_x", needs=_TURRET),
+    Key("turret_y", ROBOT_PLACE, None, "y coordinate of the turret axis [m]; left out: that of the turret's joint", 0.0,
+        "pivot_y", needs=_TURRET),
+    Key("height", ROBOT_LENGTH, about="height of a piece's center at launch above the floor [m]", example=0.5),
+    Key("forward", ROBOT_PLACE, 0.0, "distance of the muzzle from the robot's center or the turret axis, along the "
+        "shot [m]", 0.15),
+    Key("yaw_deg", DEGREES, 0.0, "direction of the shot at turret angle 0, counter-clockwise [deg]: 0 front, 90 left, "
+        "180 back", field="heading"),
+    Key("barrels", Several(ROBOT_PLACE), (0.0,), "sideways offset of each barrel, positive to the left [m]"),
+    Key("shots_per_second", RATE, 8.0, "shots per second from each barrel [1/s]", field="shot_rate"),
+    Key("wheel_radius", Several(WHEEL_RADIUS), (0.05,), "radius of the wheels [m]; [lower, upper] for two different "
+        "radii", 0.05),
+    Key("compression", EFFICIENCY, 0.15, "compression of a piece as a fraction of the diameter"),
+    Key("compression_loss", FACTOR, 0.0, "energy that the wheels lose to the piece's foam at each shot [J]"),
+    Key("exit_efficiency", EFFICIENCY, None, "exit speed of a piece over the rim speed of the wheels; `simcore "
+        "calibrate` fits the ratio; left out: 0.49 for one wheel against a fixed hood, 0.98 for two wheels", 0.49),
     _KINDS,
 ))  # fmt: skip
-CLAW = KeyTable("[[claw]]", "holds one piece at the end of an arm or elevator", (
-    Key("on", _CARRIER, about='a mechanism; an arm on an elevator has on = "lift" itself', example="arm"),
-    Key("x", ROBOT_PLACE, 0.0, "center of the held piece from that joint, with all joints at 0", 0.35),
+CLAW = KeyTable("[[claw]]", "a gripper that holds one piece at the end of an arm or elevator", (
+    Key("on", _CARRIER, about='carrier of the claw, e.g. an arm; an arm on an elevator has its own on = "lift"',
+        example="arm"),
+    Key("x", ROBOT_PLACE, 0.0, "x coordinate of the held piece's center, from the joint of the carrier, with all "
+        "joints at 0 [m]", 0.35),
     *_PLACES,
-    Key("size", (_EDGE,) * 3, (0.3, 0.3, 0.3), "of the box around it that takes pieces"),
-    Key("roller", _ONE, about="a mechanism: forward takes, backward releases", example="claw"),
-    Key("passes_through", bool, False, "whether forward also releases, once the roller has stopped in between"),
-    *(Key(f"{axis}_deg", DEGREES, 0.0, "of the held piece", field=axis) for axis in ("roll", "pitch", "yaw")),
-    Key("from_storage", bool, False, "whether it also takes pieces from the storage", True),
-    Key("storage", _STORAGE, "", "which; left out: the first", "front"),
-    Key("handover", (ROBOT_PLACE,) * 3, None, "point that the box must contain then; left out: any", [0.1, 0.0, 0.5],
-        needs=("from_storage", "true")),
+    Key("size", (_EDGE,) * 3, (0.3, 0.3, 0.3), "size along x, y and z of the box, centered on the held piece, in which "
+        "the claw takes pieces [m]"),
+    Key("roller", _ONE, about="mechanism that takes a piece by turning forward and releases the piece by turning "
+        "backward", example="claw"),
+    Key("passes_through", bool, False, "whether the roller, after a stop, also releases the piece by turning forward"),
+    *(Key(f"{axis}_deg", DEGREES, 0.0, f"{axis} of the held piece [deg]", field=axis)
+        for axis in ("roll", "pitch", "yaw")),
+    Key("from_storage", bool, False, "whether the claw also takes pieces from the storage", True),
+    Key("storage", _STORAGE, "", "storage that supplies the claw; left out: the first", "front"),
+    Key("handover", (ROBOT_PLACE,) * 3, None, "point, robot frame [m], that the box must contain while the claw takes "
+        "a piece from the storage; left out: any position of the box", [0.1, 0.0, 0.5], needs=("from_storage", "true")),
     _KINDS,
 ))  # fmt: skip
 CLIMBER = KeyTable("[[climber]]", "a hook that moves down onto a rung of the field and pulls the robot up", (
-    Key("on", _CARRIER, about="the mechanism that pulls it", example="climb"),
-    Key("x", ROBOT_PLACE, 0.0, "inside of the hook from that joint, with all joints at 0"),
+    Key("on", _CARRIER, about="carrier of the hook, which pulls the robot up", example="climb"),
+    Key("x", ROBOT_PLACE, 0.0, "x coordinate of the inside of the hook, from the joint of the carrier, with all joints "
+        "at 0 [m]"),
     *_PLACES,
-    Key("reach", WHEEL_RADIUS, 0.04, "half of the hook's mouth"),
+    Key("reach", WHEEL_RADIUS, 0.04, "half of the hook's opening [m]"),
 ))  # fmt: skip
-COMPONENT = KeyTable("[[component]]", "a moving part with its own AdvantageScope model, in the order of the models", (
-    Key("name", str, example="forearm"),
-    Key("on", _CARRIER, None, "a mechanism; needed without a roller", "arm"),
-    Key("roller", _ONE, None, "a roller that turns it about y at that place", "claw"),
-    Key("share", RATIO, 1.0, "of the motion: 0.33 for the first stage of an elevator with three"),
-    Key("x", ROBOT_PLACE, 0.0, "origin of the model from that joint, with all joints at 0"),
+COMPONENT = KeyTable("[[component]]", "a moving part with its own AdvantageScope model; the tables are in the order of "
+    "the models", (
+    Key("name", str, about="name of the part", example="forearm"),
+    Key("on", _CARRIER, None, "carrier of the part; needed without a roller", "arm"),
+    Key("roller", _ONE, None, "roller that turns the part about the y axis through the point x, y, z", "claw"),
+    Key("share", RATIO, 1.0, "fraction of the carrier's motion: 0.33 for the first of three elevator stages"),
+    Key("x", ROBOT_PLACE, 0.0, "x coordinate of the model's origin, from the joint of the carrier, with all joints at "
+        "0 [m]"),
     *_PLACES,
 ))  # fmt: skip
 MANIPULATORS = (STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT)
 
 
 def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
-    """Return the storage in a `[[storage]]` table; with an outlet, the storage is a hopper.
+    """Return the storage that a `[[storage]]` table describes; a table with an outlet describes a hopper.
 
     Args:
         t: Table to read.
-        capacity: Default number of pieces; None if the table must give the capacity.
+        capacity: Default capacity; None if the table must give the capacity.
         names: Names of the mechanisms in the file, for the belt.
     """
     v = _read(STORAGE, t, names)
@@ -177,12 +200,12 @@ def read_storage(t: Table, capacity: int | None, names: Names) -> StorageConfig:
         v["hopper"] = HopperConfig(**{key: value for key, value in own.items() if value is not None})
     room = capacity if v["capacity"] is None else v["capacity"]
     if room is None:
-        raise t.error("capacity", "is missing; it must be a whole number from 0 to 500")
+        raise t.error("capacity", "is missing; it must be a whole number from 1 to 500")
     return StorageConfig(**{**v, "capacity": room}, low=low, high=high)
 
 
 def read_intake(t: Table, mechanisms: _Mechanisms, names: Names) -> IntakeConfig:
-    """Return the intake in an `[[intake]]` table."""
+    """Return the intake that an `[[intake]]` table describes."""
     v = _read(INTAKE, t, names)
     (x_min, y_min, z_min), (x_max, y_max, z_max) = _corners(t, v)
     zone = IntakeZone(x_min=x_min, x_max=x_max, y_min=y_min, y_max=y_max, z_min=z_min, z_max=z_max)
@@ -193,7 +216,7 @@ def read_intake(t: Table, mechanisms: _Mechanisms, names: Names) -> IntakeConfig
 
 
 def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConfig:
-    """Return the shooter in a `[[shooter]]` table; the default turret axis is at the turret's joint."""
+    """Return the shooter that a `[[shooter]]` table describes; the default turret axis is at the turret's joint."""
     v = _read(SHOOTER, t, names)
     wheels, feeders = v["wheels"], v["gate"]
     for name in wheels:
@@ -225,7 +248,7 @@ def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConf
 
 
 def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
-    """Return the gripper in a `[[claw]]` table, at the end of a chain of mechanisms."""
+    """Return the gripper that a `[[claw]]` table describes, on a chain of mechanisms."""
     v = _read(CLAW, t, names)
     joints = joints_to(v.pop("on"), mechanisms)
     offset, (dx, dy, dz) = _offset(v), (0.5 * edge for edge in v.pop("size"))
@@ -236,13 +259,13 @@ def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
 
 
 def read_climber(t: Table, mechanisms: _Mechanisms, names: Names) -> ClimberConfig:
-    """Return the hook in a `[[climber]]` table, at the end of a chain of mechanisms."""
+    """Return the hook that a `[[climber]]` table describes, on a chain of mechanisms."""
     v = _read(CLIMBER, t, names)
     return ClimberConfig(joints=joints_to(v["on"], mechanisms), offset=_offset(v), reach=v["reach"])
 
 
 def read_component(t: Table, mechanisms: _Mechanisms, names: Names) -> ComponentConfig:
-    """Return the moving part in a `[[component]]` table, on a chain of mechanisms or on a roller."""
+    """Return the part that a `[[component]]` table describes, on a chain of mechanisms, a roller, or both."""
     turning = tuple(name for name, m in mechanisms.items() if m.joint is None)
     v = COMPONENT.read(t, {**names, "mechanism": turning})
     t.finish()
@@ -268,7 +291,7 @@ def _offset(v: dict[str, Any]) -> tuple[float, float, float]:
 
 
 def _corners(t: Table, v: dict[str, Any]) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Remove the keys of a box from the values; return the box's lowest and highest corner [m]."""
+    """Remove the keys of a box from the values, check the limits, and return the lowest and highest corner [m]."""
     low, high = ([v.pop(f"{axis}_{end}") for axis in "xyz"] for end in ("min", "max"))
     for axis, below, above in zip("xyz", low, high, strict=True):
         if not below < above:

@@ -1,4 +1,4 @@
-"""Probable names and kinds of mechanisms, from names in robot code."""
+"""Guesses of the name and kind of a mechanism from attribute names in robot code."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _KINDS: dict[str, tuple[str, ...]] = {
     "rack": ("rack", "slide", "extension", "extender", "deploy"),
     "flywheel": ("flywheel", "shooter", "launcher"),
 }
-"""Words of each kind of mechanism, in order of priority; a name without these words is a roller."""
+"""Words that indicate each kind of mechanism, in order of priority; other names indicate a roller."""
 
 
 def mechanism_name(path: str) -> str:

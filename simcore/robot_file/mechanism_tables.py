@@ -1,4 +1,4 @@
-"""Table `[[mechanism]]` of `simcore.toml`: mechanisms, the devices that move them, and their joints on the robot."""
+"""Table `[[mechanism]]` of `simcore.toml`: mechanisms with motors or other actuators, encoders and joints."""
 
 from __future__ import annotations
 
@@ -55,107 +55,121 @@ CAN_ID = Quantity("", 0, 62, is_whole=True)
 _DEVICES = Several(DeviceAddress, or_one=False)
 _CHANNEL = Quantity("", 0, 15, is_whole=True)
 _MODULES = {"REVPH": 1, "CTREPCM": 0}
-"""Default CAN id of each pneumatics module, by its name in WPILib."""
+"""Default CAN id of each type of pneumatics module."""
 _USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex"}
 _GEARING = 1.0  # guess, if the program does not set a gearing
 _WITH_ENCODER = ("SPARK MAX", "SPARK Flex")
 
 _STOPS = (
-    Key("min_deg", DEGREES, -180.0, "lower stop: 0 is level, 90 upright", 0.0, "min_angle", is_guess=True),
-    Key("max_deg", DEGREES, 180.0, "upper stop", 90.0, "max_angle", is_guess=True),
-    Key("start_deg", DEGREES, None, "initial angle; left out: min_deg, or 0 where that is a guess", 0.0, "start_angle"),
+    Key("min_deg", DEGREES, -180.0, "angle of the lower stop [deg]: 0 is level, 90 upright", 0.0, "min_angle",
+        is_guess=True),
+    Key("max_deg", DEGREES, 180.0, "angle of the upper stop [deg]", 90.0, "max_angle", is_guess=True),
+    Key("start_deg", DEGREES, None, "initial angle [deg]; left out: min_deg, or 0 if min_deg is a guess", 0.0,
+        "start_angle"),
+)  # fmt: skip
+_YAW = Key("yaw_deg", DEGREES, 0.0, "direction, counter-clockwise [deg]: 0 front, 90 left, 180 back", field="yaw")
+_INERTIA = Key("inertia", INERTIA, None, "moment of inertia of all turning parts, at the mechanism [kg m^2]; left out: "
+    "a guess from your program's configuration, else a value for two thirds of full speed after 50 ms", 0.004,
+    is_guess=True)  # fmt: skip
+_REVERSED = Key(
+    "reversed", bool, False, "whether the positive direction in your code is the mechanism's negative direction"
 )
-_YAW = Key("yaw_deg", DEGREES, 0.0, "direction: 0 to the front, 180 to the back", field="yaw")
-_INERTIA = Key("inertia", INERTIA, None, "of all turning parts, at the mechanism [kg m^2]; left out: a guess from your "
-    "program's configuration, else for two thirds of its speed after 50 ms", 0.004, is_guess=True)  # fmt: skip
-_REVERSED = Key("reversed", bool, False, "whether your code counts down while it goes up")
 
-MOTORS = KeyTable("[[mechanism]] with motors", "its motors and sensors", (
-    Key("leader", DeviceAddress, about="CAN id", example=20),
-    Key("followers", _DEVICES, (), "on the same bus", [21, 22]),
-    Key("opposed", _DEVICES, (), "followers that are mounted face to face with the leader", [22]),
-    Key("controller", CONTROLLERS, CONTROLLERS[0], "for PWM and Relay, leader and followers are channels",
-        refused=OLD_CONTROLLERS),
-    Key("motor", MOTOR_NAMES, None, "left out: Kraken X60, or NEO and NEO Vortex for SPARKs", "Kraken X60"),
+MOTORS = KeyTable("[[mechanism]] with motors", "motors and encoders of the mechanism", (
+    Key("leader", DeviceAddress, about="CAN id of the leader (PWM or Relay: channel)", example=20),
+    Key("followers", _DEVICES, (), "CAN ids or channels of the followers, on the bus of the leader", [21, 22]),
+    Key("opposed", _DEVICES, (), "followers mounted face to face with the leader", [22]),
+    Key("controller", CONTROLLERS, CONTROLLERS[0], "model of the motor controllers; for PWM and Relay, leader and "
+        "followers are channels", refused=OLD_CONTROLLERS),
+    Key("motor", MOTOR_NAMES, None, "model of the motors; left out: NEO for SPARK MAX, NEO Vortex for SPARK Flex, else "
+        "Kraken X60", "Kraken X60"),
     Key("gearing", GEARING, None, "rotor turns per turn of the mechanism; left out: a guess from your program's "
         "configuration, else 1", 0.75, is_guess=True),
-    Key("friction_volts", VOLTAGE_OR_NONE, None, "kS, if it coasts for too long or too short; left out: the kS in your "
-        "program, else 0.2 V, for a flywheel its motors' no-load current"),
-    Key("friction_torque", TORQUE_OR_NONE, None, "instead, at the mechanism [N m]"),
+    Key("friction_volts", VOLTAGE_OR_NONE, None, "static friction kS [V], to match a measured coasting time; left out: "
+        "the kS in your program, else 0.2 V (flywheel: friction from the motors' no-load current)"),
+    Key("friction_torque", TORQUE_OR_NONE, None, "friction torque at the mechanism [N m], instead of friction_volts"),
     _REVERSED,
-    Key("coasts", bool, False, "for PWM and Relay: whether it coasts at zero instead of braking"),
-    Key("cancoder", DeviceAddress, None, "CAN id of an absolute encoder on it"),
-    Key("cancoder_gearing", GEARING, 1.0, "its turns per turn of the mechanism", needs=("cancoder", "<CAN id>")),
+    Key("coasts", bool, False, "whether a PWM or Relay controller coasts at zero output instead of braking"),
+    Key("cancoder", DeviceAddress, None, "CAN id of a CANcoder on the mechanism; left out: no CANcoder"),
+    Key("cancoder_gearing", GEARING, 1.0, "turns of the CANcoder per turn of the mechanism",
+        needs=("cancoder", "<CAN id>")),
     Key("encoder_gearing", GEARING, 1.0, "turns of an encoder wired to a SPARK per turn of the mechanism"),
 ))  # fmt: skip
-PLACE = KeyTable("arm, turret, elevator, rack", "its place, if it carries something, and the mass that it moves", (
-    Key("x", ROBOT_PLACE, 0.0, "of its joint, from the joint of its carrier"),
-    Key("y", ROBOT_PLACE, 0.0),
-    Key("z", ROBOT_PLACE, 0.0),
-    Key("on", str, None, "its carrier, another of these mechanisms; left out: the robot"),
-    Key("moving_mass", MASS_OR_NONE, None, "part of the robot's mass that moves with it; left out: its mass, "
-        "for a turret 0, without that of mechanisms on it"),
-    Key("mass_center", (ROBOT_PLACE,) * 3, None, "center of that mass from the joint, with all joints at 0; left out: "
-        "as center_of_mass says"),
+PLACE = KeyTable("arm, turret, elevator, rack", "position of the joint, if the mechanism carries other parts, and "
+    "moving mass", (
+    Key("x", ROBOT_PLACE, 0.0, "x coordinate of the joint, from the joint of the carrier [m]"),
+    Key("y", ROBOT_PLACE, 0.0, "y coordinate of the joint, from the joint of the carrier [m]"),
+    Key("z", ROBOT_PLACE, 0.0, "z coordinate of the joint, from the joint of the carrier [m]"),
+    Key("on", str, None, "carrier: the name of an arm, turret, elevator or rack; left out: the robot"),
+    Key("moving_mass", MASS_OR_NONE, None, "part of the robot's mass that moves with this mechanism alone [kg]; left "
+        "out: mass (turret: 0) minus the moving masses of mechanisms on it"),
+    Key("mass_center", (ROBOT_PLACE,) * 3, None, "center of the moving mass, from the joint, with all joints at 0 [m]; "
+        "left out: at center_of_mass along an arm, else at the joint"),
 ))  # fmt: skip
 KINDS: dict[str, KeyTable] = {table.head: table for table in (
-    KeyTable("flywheel", "launches pieces", (_INERTIA,)),
-    KeyTable("roller", "pulls pieces in, feeds them or holds them", (
-        replace(_INERTIA, default=0.001, about="of all turning parts, at the roller [kg m^2]", is_guess=False),
-        Key("radius", WHEEL_RADIUS, 0.025),
+    KeyTable("flywheel", "a wheel that launches pieces", (_INERTIA,)),
+    KeyTable("roller", "a roller that pulls in, feeds or holds pieces", (
+        replace(_INERTIA, default=0.001, about="moment of inertia of all turning parts, at the roller [kg m^2]",
+            is_guess=False),
+        Key("radius", WHEEL_RADIUS, 0.025, "radius of the roller [m]"),
     )),
-    KeyTable("arm", "swings up and down", (
+    KeyTable("arm", "an arm that swings up and down", (
         _INERTIA,
         *_STOPS,
-        Key("mass", MASS_OR_NONE, 0.0, "of all swinging parts; 0: a spring or a counterweight balances it"),
-        Key("center_of_mass", ROBOT_PLACE, 0.0, "distance from the joint"),
-        Key("spring_share", FRACTION, 0.0, "share of its weight that springs carry"),
+        Key("mass", MASS_OR_NONE, 0.0, "mass of all swinging parts [kg]; 0 for an arm balanced by a spring or a "
+            "counterweight"),
+        Key("center_of_mass", ROBOT_PLACE, 0.0, "distance from the joint to the center of mass [m]"),
+        Key("spring_share", FRACTION, 0.0, "fraction of the arm's gravity torque that springs balance"),
         _YAW,
     )),
-    KeyTable("turret", "turns about the vertical, counter-clockwise", (
+    KeyTable("turret", "a turret that turns about the vertical axis, counter-clockwise positive", (
         _INERTIA,
-        replace(_STOPS[0], about="clockwise stop"),
-        replace(_STOPS[1], about="counter-clockwise stop"),
-        replace(_STOPS[2], about="initial angle; left out: 0, or the nearest stop"),
+        replace(_STOPS[0], about="angle of the clockwise stop [deg]"),
+        replace(_STOPS[1], about="angle of the counter-clockwise stop [deg]"),
+        replace(_STOPS[2], about="initial angle [deg]; left out: 0, or the stop nearest to 0"),
     )),
-    KeyTable("elevator", "goes up and down", (
-        Key("mass", MASS, 5.0, "of all lifted parts", field="carriage_mass", is_guess=True),
-        Key("drum_radius", WHEEL_RADIUS, 0.02, "rise per radian of the mechanism, with stages", is_guess=True),
-        Key("min_height", ROBOT_PLACE, 0.0),
-        Key("max_height", ROBOT_PLACE, 1.0, is_guess=True),
-        Key("start_height", ROBOT_PLACE, None, "left out: min_height"),
-        Key("spring_force", FORCE_OR_NONE, 0.0, "N up, from constant-force or gas springs"),
-        Key("lean_deg", DEGREES, 0.0, "0 is upright, 15 leans to the front", field="lean"),
+    KeyTable("elevator", "an elevator that moves up and down", (
+        Key("mass", MASS, 5.0, "mass of all lifted parts [kg]", field="carriage_mass", is_guess=True),
+        Key("drum_radius", WHEEL_RADIUS, 0.02, "rise of the carriage per radian of the drum, including all stages [m]",
+            is_guess=True),
+        Key("min_height", ROBOT_PLACE, 0.0, "height of the lower stop [m]"),
+        Key("max_height", ROBOT_PLACE, 1.0, "height of the upper stop [m]", is_guess=True),
+        Key("start_height", ROBOT_PLACE, None, "initial height of the carriage [m]; left out: min_height"),
+        Key("spring_force", FORCE_OR_NONE, 0.0, "upward force of constant-force or gas springs [N]"),
+        Key("lean_deg", DEGREES, 0.0, "forward lean [deg]; 0 for an upright elevator", field="lean"),
     )),
-    KeyTable("rack", "slides out", (
-        Key("mass", MASS, 3.0, "of all sliding parts", is_guess=True),
-        Key("pinion_radius", WHEEL_RADIUS, 0.02, is_guess=True),
-        Key("travel", ROBOT_LENGTH, 0.3, is_guess=True),
-        Key("start_extension", ROBOT_HEIGHT, 0.0),
+    KeyTable("rack", "a slide with rack and pinion", (
+        Key("mass", MASS, 3.0, "mass of all sliding parts [kg]", is_guess=True),
+        Key("pinion_radius", WHEEL_RADIUS, 0.02, "pitch radius of the pinion [m]", is_guess=True),
+        Key("travel", ROBOT_LENGTH, 0.3, "distance between the stops [m]", is_guess=True),
+        Key("start_extension", ROBOT_HEIGHT, 0.0, "initial extension [m]"),
         _YAW,
-        Key("rise_deg", DEGREES, 0.0, "up from the floor", field="rise"),
+        Key("rise_deg", DEGREES, 0.0, "upward angle of the slide from the floor [deg]", field="rise"),
     )),
-    KeyTable("servo", "on a PWM port; without leader and gearing", (
-        Key("pwm", Quantity("", 0, 19, is_whole=True)),
-        Key("min_deg", DEGREES, 0.0, "at PWM 0", field="min_angle", is_guess=True),
-        Key("max_deg", DEGREES, 180.0, "at PWM 1", field="max_angle", is_guess=True),
-        replace(_STOPS[2], about="initial angle; left out: min_deg"),
-        Key("deg_per_second", Quantity("deg/s", 0.0, 10_000.0, is_open=True), 400.0, is_guess=True),
+    KeyTable("servo", "a servo on a PWM port, without leader and gearing", (
+        Key("pwm", Quantity("", 0, 19, is_whole=True), about="PWM channel"),
+        Key("min_deg", DEGREES, 0.0, "angle at servo position 0 [deg]", field="min_angle", is_guess=True),
+        Key("max_deg", DEGREES, 180.0, "angle at servo position 1 [deg]", field="max_angle", is_guess=True),
+        replace(_STOPS[2], about="initial angle [deg]; left out: min_deg"),
+        Key("deg_per_second", Quantity("deg/s", 0.0, 10_000.0, is_open=True), 400.0, "no-load speed at 6 V [deg/s]",
+            is_guess=True),
         _REVERSED,
     )),
-    KeyTable("piston", "on solenoids; without leader and gearing", (
-        Key("solenoid", Several(_CHANNEL), about="a channel, or [forward, reverse]"),
-        Key("stroke", ROBOT_LENGTH, 0.2, is_guess=True),
-        Key("stroke_time", DURATION, 0.4, "from stop to stop [s]", is_guess=True),
-        Key("module", tuple(_MODULES), "REVPH"),
-        Key("module_id", CAN_ID, None, "left out: 1 for a REVPH, 0 for a CTREPCM"),
-        Key("start", ("in", "out"), None, "left out: where its spring holds it"),
+    KeyTable("piston", "a pneumatic cylinder on solenoids, without leader and gearing", (
+        Key("solenoid", Several(_CHANNEL), about="solenoid channel, or [forward, reverse] of a double solenoid"),
+        Key("stroke", ROBOT_LENGTH, 0.2, "distance between the stops [m]", is_guess=True),
+        Key("stroke_time", DURATION, 0.4, "time from stop to stop [s]", is_guess=True),
+        Key("module", tuple(_MODULES), "REVPH", "type of the pneumatics module"),
+        Key("module_id", CAN_ID, None, "CAN id of the pneumatics module; left out: 1 for a REVPH, 0 for a CTREPCM"),
+        Key("start", ("in", "out"), None, "initial position; left out: in, or out for a reversed single solenoid"),
         _REVERSED,
     )),
 )}  # fmt: skip
-MECHANISM = KeyTable("[[mechanism]]", "a moving part of the robot; a motor without a table gets a guess", (
-    Key("name", str, example="shooter"),
-    Key("kind", tuple(KINDS), about="or roller, arm, turret, elevator, rack, servo, piston", example="flywheel"),
+MECHANISM = KeyTable("[[mechanism]]", "a moving part of the robot; simcore guesses the mechanism of a motor without a "
+    "table", (
+    Key("name", str, about="name that other tables use for the mechanism", example="shooter"),
+    Key("kind", tuple(KINDS), about="kind: flywheel, roller, arm, turret, elevator, rack, servo or piston",
+        example="flywheel"),
 ))  # fmt: skip
 
 
@@ -165,10 +179,10 @@ def usual_motor(controller: str) -> str:
 
 
 def read_mechanism(t: Table) -> MechanismSettings:
-    """Return the mechanism in a `[[mechanism]]` table, with devices, joint, moving mass and guesses.
+    """Return the mechanism that a `[[mechanism]]` table describes, with devices, joint, moving mass and guesses.
 
     Raises:
-        ConfigError: A key is missing, unknown or invalid.
+        ConfigError: A key is missing, unknown or invalid, or two keys contradict each other.
     """
     named = MECHANISM.read(t)
     name, kind = named["name"], named["kind"]
@@ -212,9 +226,10 @@ def read_mechanism(t: Table) -> MechanismSettings:
 
 
 def _friction(t: Table, torque: float | None, volts: float | None, kind: str, gearbox: GearboxConfig) -> float:
-    """Return the friction torque in the file [N m], converted from volts if necessary.
+    """Return the friction torque at the mechanism [N m] from the torque or the kS in the file.
 
-    Without friction in the file, return the default for the gearbox, with gear friction except for a flywheel.
+    Without friction in the file, return the default for the gearbox, which includes gear friction except for a
+    flywheel.
     """
     if torque is not None and volts is not None:
         raise t.error("friction_volts", "means the same as friction_torque; keep one of them")
@@ -242,7 +257,7 @@ def _check_devices(t: Table, v: Mapping[str, Any]) -> None:
 
 
 def _require_stops(t: Table, v: Mapping[str, Any]) -> None:
-    """Check that the stops are in order, with the start between them."""
+    """Check that the lower stop is below the upper stop, and that the initial angle is between the stops."""
     low, high, start = v["min_angle"], v["max_angle"], v["start_angle"]
     if not low < high:
         raise t.error("min_deg", f"must be below max_deg, got {math.degrees(low):g} and {math.degrees(high):g}")
@@ -323,10 +338,10 @@ def _placed(t: Table, m: MechanismSettings, kind: str, yaw: float, rise: float, 
 
 
 def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMass, ...]:
-    """Return the part of the robot's mass that each mechanism moves; `require_chains` must have checked the mechanisms.
+    """Return the part of the robot's mass that each mechanism moves, without mechanisms that move no mass.
 
-    If the file has no `moving_mass`, it is the `mass` of the elevator, rack or arm minus the moving masses of the
-    mechanisms on it. Mechanisms that move no mass are left out.
+    The default of `moving_mass` is the `mass` of the elevator, rack or arm minus the moving masses of the mechanisms
+    that the elevator, rack or arm carries. `require_chains` must have checked the mechanisms before this call.
     """
     found = []
     for m in mechanisms.values():
@@ -338,7 +353,7 @@ def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMa
 
 
 def _all_moved(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) -> float:
-    """Return the mass that a mechanism moves, including the mechanisms that it carries [kg]."""
+    """Return the mass that a mechanism moves, including carried mechanisms [kg]."""
     carried, config = _carried(m, mechanisms), m.config
     if m.moving_mass is not None:
         return m.moving_mass + carried
@@ -353,7 +368,7 @@ def _carried(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) 
 
 
 def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> tuple[str, ...]:
-    """Check that every `on` names a mechanism that can carry other mechanisms, and that no mechanism carries itself.
+    """Check that every `on` names a mechanism that can carry other mechanisms, and that no chain of `on` is a loop.
 
     Returns:
         Names of the mechanisms that can carry other mechanisms.

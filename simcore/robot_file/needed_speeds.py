@@ -22,7 +22,7 @@ DISTANCES = (2.0, 3.0, 4.0, 5.0)
 
 @dataclass(frozen=True, slots=True)
 class NeededSpeed:
-    """Piece and wheel speed that a shooter needs for a shot into the goal from a distance."""
+    """Speeds of piece and wheels for a shot into the goal from one distance."""
 
     distance: float
     """Distance from the robot's center to the goal [m]."""
@@ -31,24 +31,24 @@ class NeededSpeed:
     speed: float
     """Speed of the piece relative to the muzzle [m/s]."""
     wheel_rps: float
-    """Wheel speed that gives the piece this speed at the exit efficiency of the shooter [turns/s]."""
+    """Wheel speed that gives the piece `speed`, at the exit efficiency of the shooter [turns/s]."""
 
 
 def goal_of(shooter: ShooterConfig, game: Game) -> ScoringZone | None:
-    """Return the first zone with an opening that accepts the shooter's pieces; None if the game has no such zone."""
+    """Return the first zone that has an opening and accepts the shooter's pieces; None without such a zone."""
     takes = [z for z in game.zones if not z.kinds or not shooter.kinds or set(z.kinds) & set(shooter.kinds)]
     return next((zone for zone in takes if zone.opening is not None), None)
 
 
 def elevations(shooter: ShooterConfig, config: RobotConfig) -> tuple[float, float]:
-    """Return the lowest and highest elevation of a shooter [rad]; both are the fixed elevation without hood stops."""
+    """Return the lowest and highest elevation of a shooter [rad]; equal for a hood without stops, or no hood."""
     stops = (0.0, 0.0) if shooter.hood is None else build_mechanism(config.mechanisms[shooter.hood]).stops
     low, high = sorted(shooter.elevation + shooter.elevation_per_hood * stop for stop in stops)
     return (low, high) if math.isfinite(high - low) else (shooter.elevation, shooter.elevation)
 
 
 def needed_speeds(shooter: ShooterConfig, config: RobotConfig, game: Game) -> list[NeededSpeed]:
-    """Return the needed speeds for `DISTANCES`, each at the elevation with the lowest speed.
+    """Return the needed speeds for `DISTANCES`, each at the elevation that needs the lowest exit speed.
 
     Distances from which no shot reaches the goal are left out.
     """
@@ -64,7 +64,7 @@ def needed_speeds(shooter: ShooterConfig, config: RobotConfig, game: Game) -> li
 
 
 def _exit_speed(shooter: ShooterConfig, game: Game, distance: float, elevation: float) -> float:
-    """Return the exit speed of a shot that hits the middle of the goal [m/s]; infinite if there is no such shot."""
+    """Return the exit speed of a shot from rest into the middle of the goal [m/s]; infinite without such a shot."""
     if not abs(elevation) < 0.5 * math.pi:
         return math.inf
     goal = goal_of(shooter, game)

@@ -42,65 +42,80 @@ from simcore.world.engine_choice import ENGINES
 __all__ = ["AUTOS", "ROBOT", "SCATTER", "START", "TOP", "read_settings"]
 
 _D = RobotSettings()
-_MASS = Quantity("kg", 20.0, 75.0)  # the 2026 manual allows 115 lb, with about 33 lb of bumpers and battery 67 kg
+_MASS = Quantity("kg", 20.0, 75.0)  # the 2026 manual allows 115 lb plus bumpers and battery of about 33 lb: 67 kg
 _BAY = Quantity("m", 0.1, 1.1)
 _BUMPER = Quantity("m", 0.4, 1.2)  # the 2026 manual allows a frame perimeter of 110 in, a square of 0.76 m
 _FIELD = Quantity("m", 2.0, 100.0)
 _COUNT = Quantity("", 0, 500, is_whole=True)
 
-TOP = KeyTable("at the top", "for the whole file", (
-    Key("game", str, None, f'left out: the newest; "{NO_GAME}": an empty field, with field_size = [16.0, 8.0]', "name"),
-    Key("field_size", (_FIELD, _FIELD), None, f'for game = "{NO_GAME}": length, width; left out: 16 x 8', [16.0, 8.0]),
-    Key("engine", tuple(ENGINES), None, "physics engine; left out: bullet where it is installed", "mujoco"),
-    Key("match", str, None, "whole match, scripted players (docs/whole_match.md); left out: practice", "practice-2v2"),
-    Key("tags", tuple(OFFICIAL_LAYOUTS), None, "AprilTags; left out: the game's", next(iter(OFFICIAL_LAYOUTS))),
+TOP = KeyTable("at the top", "keys above the first table", (
+    Key("game", str, None, f'game to play; "{NO_GAME}" for an empty field; left out: the newest installed game',
+        "name"),
+    Key("field_size", (_FIELD, _FIELD), None,
+        f'length and width of the field for game = "{NO_GAME}" [m]; left out: 16 x 8', [16.0, 8.0]),
+    Key("engine", tuple(ENGINES), None, "physics engine; left out: bullet if installed, else mujoco", "mujoco"),
+    Key("match", str, None, "whole match with scripted players (docs/whole_match.md); left out: practice",
+        "practice-2v2"),
+    Key("tags", tuple(OFFICIAL_LAYOUTS), None, "AprilTag layout; left out: that of the game",
+        next(iter(OFFICIAL_LAYOUTS))),
 ))  # fmt: skip
 ROBOT = KeyTable("[robot]", "your robot", (
-    Key("team", Quantity("", 1, 99_999, is_whole=True), None, "number on the bumpers; left out: the robot's in the "
-        "match", 9999),
-    Key("models", str, None, "folder next to this file with AdvantageScope's Robot_..., drawn in pages; left out: "
-        "what this file describes is drawn", "ascope_assets"),
-    Key("mass", _MASS, _D.mass, "with bumpers and battery: weigh it"),
-    Key("bumper_length", _BUMPER, None, "over the bumpers, along x; left out: 15 cm beyond the wheels", 0.8,
-        needs=("bumper_width", "<m>")),
-    Key("bumper_width", _BUMPER, None, "along y", 0.8, needs=("bumper_length", "<m>")),
-    Key("bay_depth", _BAY, None, "opening in the back for a climber; left out: none", 0.5,
-        needs=("bay_width", "<m>")),
-    Key("bay_width", _BAY, None, "", 0.3, needs=("bay_depth", "<m>")),
-    Key("center_of_mass_height", Quantity("m", 0.0, 1.0, is_open=True), _D.center_of_mass_height),
-    Key("tread", Quantity("", 0.0, 10.0, is_open=True), _D.wheel_cof, "friction of the wheels on carpet, along them: "
-        "1.83 new blue nitrile, 1.76 HiGrip (team 1640, tilting table); worn ones less", field="wheel_cof"),
-    Key("wheel_grain", Quantity("", 0.0, 2.0, is_open=True), None, "friction across the wheels relative to that "
-        "along them: 0.73 and 0.97 in the same test; left out: 1", 1.0),
-    Key("drive_friction_volts", VOLTAGE_OR_NONE, None, "kS of the drive motors, as SysId finds it: .32 to .74 V were "
-        "measured on swerves, .13 to 1.3 V on tanks; left out: your program's own kS, else 0.22, for a tank 0.65",
-        0.22),
-    Key("drive_efficiency", EFFICIENCY, None, "of the drive gears; left out: 0.95, for a tank 0.9", 0.95),
-    Key("right_efficiency", EFFICIENCY, None, "the same for a tank's right side; left out: as on the left", 0.9),
-    Key("free_speed_share", SPEED_SHARE, None, "free speed of the drive relative to its motors' datasheet; left "
-        "out: 1, for tanks on NEOs 0.885", 1.0),
-    Key("battery_resistance", RESISTANCE, None, "of battery, breaker and cables [ohm]; left out: 0.02", 0.02),
-    Key("steer_friction_volts", VOLTAGE_OR_NONE, None, "the same for the steer motors; left out: 0.2", 0.2),
-    Key("bumper_friction", FRICTION, None, "0.7 means .49 between two robots, .35 at a wall; .5 for Cordura and "
-        ".25 for sailcloth were measured (team 971); left out: 0.7", 0.7),
-    Key("drive_motor", MOTOR_NAMES, None, "left out: as the constants say, Kraken X60 with FOC", "Kraken X60"),
-    Key("steer_motor", MOTOR_NAMES, None, "", "Kraken X44"),
-    Key("real", bool, False, "whether RobotBase.isReal() is true to your program, so that it builds the robot's motors "
-        "where it would build simulated ones (IO layers)"),
-    Key("serial_number", str, "", "of the roboRIO, if your program identifies the robot by it", "03248A12"),
-    Key("capacity", _COUNT, None, "game pieces that a storage holds; left out: that of the game's own robot", 1),
+    Key("team", Quantity("", 1, 99_999, is_whole=True), None, "team number on the bumpers; left out: the robot's "
+        "number in the match", 9999),
+    Key("models", str, None, "folder, relative to this file, with the Robot_... folder of the AdvantageScope model "
+        "that pages show; left out: pages show the robot that this file describes", "ascope_assets"),
+    Key("mass", _MASS, _D.mass, "mass with bumpers and battery [kg], measured on a scale"),
+    Key("bumper_length", _BUMPER, None, "length over the bumpers, along x [m]; left out: 15 cm beyond the wheel "
+        "centers", 0.8, needs=("bumper_width", "<m>")),
+    Key("bumper_width", _BUMPER, None, "width over the bumpers, along y [m]; left out: 15 cm beyond the wheel centers",
+        0.8, needs=("bumper_length", "<m>")),
+    Key("bay_depth", _BAY, None, "depth of an opening in the back of bumpers and frame, e.g. for a climber [m]; left "
+        "out: no opening", 0.5, needs=("bay_width", "<m>")),
+    Key("bay_width", _BAY, None, "width of the opening [m]", 0.3, needs=("bay_depth", "<m>")),
+    Key("center_of_mass_height", Quantity("m", 0.0, 1.0, is_open=True), _D.center_of_mass_height, "height of the "
+        "center of mass above the floor [m]"),
+    Key("tread", Quantity("", 0.0, 10.0, is_open=True), _D.wheel_cof, "coefficient of friction of the wheels on "
+        "carpet, in the rolling direction: 1.83 for new blue nitrile, 1.76 for HiGrip (team 1640, tilting table), "
+        "less for worn treads", field="wheel_cof"),
+    Key("wheel_grain", Quantity("", 0.0, 2.0, is_open=True), None, "ratio of sideways to forward friction of the "
+        "wheels: 0.73 for blue nitrile, 0.97 for HiGrip (same test as for tread); left out: 1", 1.0),
+    Key("drive_friction_volts", VOLTAGE_OR_NONE, None, "kS of the drive motors, from SysId [V]: 0.32 to 0.74 V "
+        "measured on swerve drives, 0.13 to 1.3 V on tank drives; left out: the kS in your program, else 0.22 (tank: "
+        "0.65, mecanum: 0.25)", 0.22),
+    Key("drive_efficiency", EFFICIENCY, None, "efficiency of the drive gears; left out: 0.95 (tank and mecanum: 0.9)",
+        0.95),
+    Key("right_efficiency", EFFICIENCY, None, "efficiency of the drive gears on the right side of a tank drive; left "
+        "out: drive_efficiency", 0.9),
+    Key("free_speed_share", SPEED_SHARE, None, "ratio of actual to datasheet free speed of the drive motors; left "
+        "out: 1 (tank or mecanum drive with NEOs: 0.885)", 1.0),
+    Key("battery_resistance", RESISTANCE, None, "resistance of battery, breaker and cables [ohm]; left out: 0.02",
+        0.02),
+    Key("steer_friction_volts", VOLTAGE_OR_NONE, None, "kS of the steer motors [V]; left out: 0.2", 0.2),
+    Key("bumper_friction", FRICTION, None, "friction factor of the bumper fabric: 0.7 gives a coefficient of friction "
+        "of 0.49 between two robots and 0.35 at a wall; team 971 measured coefficients of 0.5 for Cordura and 0.25 "
+        "for sailcloth; left out: 0.7", 0.7),
+    Key("drive_motor", MOTOR_NAMES, None, "model of the drive motors; left out: the motor in the program, which is a "
+        "Kraken X60 FOC for a TalonFX in CTRE's swerve constants", "Kraken X60"),
+    Key("steer_motor", MOTOR_NAMES, None, "model of the steer motors; left out: as for drive_motor", "Kraken X44"),
+    Key("real", bool, False, "whether RobotBase.isReal() returns true in your program, for programs that build the "
+        "robot's motors only then (IO layers)"),
+    Key("serial_number", str, "", "serial number of the roboRIO, for a program that identifies the robot by this "
+        "number", "03248A12"),
+    Key("capacity", _COUNT, None, "maximum number of pieces in a storage; left out: that of the game's own robot", 1),
 ))  # fmt: skip
-START = KeyTable("[start]", "as a blue robot; red starts at the corresponding place", (
-    Key("x", FIELD_PLACE, _D.start[0]),
-    Key("y", FIELD_PLACE, _D.start[1]),
-    Key("heading_deg", DEGREES, 0.0, "0 faces the red wall", field="heading"),
-    Key("preload", _COUNT, _D.preload, "pieces in the robot"),
+START = KeyTable("[start]", "start pose for the blue alliance; a red robot starts at the corresponding pose", (
+    Key("x", FIELD_PLACE, _D.start[0], "x coordinate, field frame [m]"),
+    Key("y", FIELD_PLACE, _D.start[1], "y coordinate, field frame [m]"),
+    Key("heading_deg", DEGREES, 0.0, "heading [deg]; 0 faces the red alliance wall", field="heading"),
+    Key("preload", _COUNT, _D.preload, "number of preloaded pieces"),
 ))  # fmt: skip
-AUTOS = KeyTable('[autos."Left two piece"]', "start of the auto of this name; others use [start]", (
-    Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), about="x, y, heading_deg as blue", example=[2.0, 1.2, 0.0]),
+AUTOS = KeyTable('[autos."Left two piece"]', "start pose for the auto of this name; other autos use [start]", (
+    Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), about="start pose for the blue alliance: x [m], y [m], heading "
+        "[deg]", example=[2.0, 1.2, 0.0]),
 ))  # fmt: skip
-SCATTER = KeyTable("[scatter]", "variation from run to run; without this table there is none", (
-    Key("scale", FACTOR, 1.0, "factor on the default spreads (docs/scatter.md); or by name, e.g. exit_speed = 0.04"),
+SCATTER = KeyTable("[scatter]", "variation from run to run; without this table, runs do not vary", (
+    Key("scale", FACTOR, 1.0, "factor on the default spreads (docs/scatter.md); a spread can be set by name, e.g. "
+        "exit_speed = 0.04"),
     *(Key(name, FACTOR, None) for name in Scatter.names()),
 ))  # fmt: skip
 _TABLES = (
@@ -110,7 +125,7 @@ _TABLES = (
 
 
 def read_settings(path: Path) -> RobotSettings:
-    """Return the settings in a `simcore.toml`; missing values have defaults, as have all values if the file is missing.
+    """Return the settings in a `simcore.toml`, with defaults for missing values or for a missing file.
 
     Raises:
         ConfigError: The file is not valid TOML, or a value is invalid; the message names file, table and key.
@@ -180,7 +195,7 @@ def read_settings(path: Path) -> RobotSettings:
 
 
 def _models(robot: Table, folder: Path) -> Path:
-    """Return the absolute path of the folder with the robot's own AdvantageScope model.
+    """Return the absolute path of a folder that contains the AdvantageScope model of the robot.
 
     Raises:
         ConfigError: The folder contains no `Robot_...` folder.

@@ -1,6 +1,7 @@
 """Findings of `simcore check`: a test run of each mechanism, and mistakes in the description of a robot.
 
-A test run is a second with full positive output from the start, which gives direction, speed and end of the motion.
+A test run applies full output to a mechanism at the start position for one second. The result is the direction, the
+speed and the end of the motion.
 """
 
 from __future__ import annotations
@@ -45,13 +46,13 @@ __all__ = [
 
 _FAR = 0.5  # [m] beyond the bumpers; 2026 robots may extend by 0.305 m
 _HARD = 0.7  # [-], fraction of the load that the motors can hold
-_LEAST_WAY = math.radians(10.0)  # [rad], travel of an arm or a turret
-_SLOW = 5.0  # [s] to full speed
+_LEAST_WAY = math.radians(10.0)  # [rad], smallest plausible travel of an arm or a turret
+_SLOW = 5.0  # [s], longest plausible time to full speed
 
 
 @dataclass(frozen=True, slots=True)
 class RobotFinding:
-    """Finding about a robot."""
+    """Mistake in the description of a robot, or note about the description."""
 
     text: str
     is_wrong: bool = True
@@ -75,45 +76,45 @@ class CodeView:
     reading: float | None = None
     """Initial position in robot code [turns]; None if an absolute encoder gives the position at the start."""
     lower_limit: float | None = None
-    """Reverse soft limit [turns]; None if it is off."""
+    """Reverse soft limit [turns]; None if the limit is disabled."""
     upper_limit: float | None = None
-    """Forward soft limit [turns]; None if it is off."""
+    """Forward soft limit [turns]; None if the limit is disabled."""
     stator_limit: float = math.inf
-    """Stator current limit [A]."""
+    """Stator current limit [A]; infinite for no limit."""
     supply_limit: float = math.inf
-    """Supply current limit [A]."""
+    """Supply current limit [A]; infinite for no limit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MechanismRun:
-    """Result of a test run: a second with full output of a mechanism's motor controller."""
+    """Result of a test run of a mechanism: one second at full output of the motor controller."""
 
     name: str
     mechanism: ShaftSim
     """Mechanism at the end of the run."""
     sign: float
-    """Direction of the motion: +1 if positive, -1 if negative [-]."""
+    """Sign of the voltage at the mechanism: +1 for the mechanism's positive direction, else -1 [-]."""
     speed: float
-    """Largest speed, unsigned [rad/s]."""
+    """Largest absolute speed in the run [rad/s]."""
     travel: float
-    """Travel from the start, signed [rad]."""
+    """Final minus initial position [rad]."""
     position: float
     """Final position [rad]."""
     spin_up: float
-    """Time until 95 % of the largest speed [s]."""
+    """Time from the start until 95 % of the largest speed [s]."""
     is_rising: bool
-    """Whether the speed rose by more than 5 % in the last tenth of the time."""
+    """Whether the speed rose by more than 5 % in the last tenth of the run."""
     stop: float | None
-    """Time at which the mechanism reached a hard stop [s]; None if it reached no stop."""
+    """Time at which the mechanism reached a hard stop [s]; None if the mechanism reached no hard stop."""
     soft_limit: float | None = None
-    """Time at which the controller stopped the mechanism at a soft limit [s]; None if it reached no soft limit."""
+    """Time at which the mechanism reached a soft limit [s]; None if the mechanism reached no soft limit."""
     read: tuple[float, float] | None = None
-    """Position in robot code at the start and the end of the run [turns]; None without robot code."""
+    """Position in robot code at the start and the end of the run [turns]; None if `code` is None."""
     code: CodeView | None = None
 
 
 def with_limits(config: MechanismConfig, code: CodeView | None) -> MechanismConfig:
-    """Return a mechanism with the lower of its own current limits and those configured in robot code."""
+    """Return a copy of a config whose current limits are the lower of the config's and robot code's limits."""
     if code is None or isinstance(config, PistonConfig | ServoConfig):
         return config
     box = config.gearbox
@@ -130,16 +131,16 @@ def run_mechanism(
     reversed: bool = False,
     output: float = 1.0,
 ) -> MechanismRun:
-    """Run a mechanism from the start position with 12 V for a second and return the result.
+    """Apply 12 V to a mechanism at the start position for one second, and return the result.
 
-    At a soft limit of robot code, the voltage is 0.
+    The voltage is 0 at a soft limit of robot code.
 
     Args:
         name: Name of the mechanism.
-        config: Masses and gears of the mechanism.
+        config: Config of the mechanism.
         code: Configuration of the controller in robot code; None if the configuration is unknown.
-        reversed: Whether positive in robot code is negative for the mechanism.
-        output: Direction of the full output: +1 or -1.
+        reversed: Whether the positive direction in robot code is the negative direction of the mechanism.
+        output: Sign of the full output in robot code: +1 or -1 [-].
     """
     mechanism = build_mechanism(with_limits(config, code))
     turned = -1.0 if reversed else 1.0
@@ -147,7 +148,7 @@ def run_mechanism(
     start = mechanism.position
     limit = None if code is None else _soft_limit(code, mechanism, turned, output)
     speeds: list[float] = []
-    held: list[float] = []  # times at a soft limit, and below those at a hard stop [s]
+    held: list[float] = []  # times at a soft limit [s]; `stopped` has the times at a hard stop
     stopped: list[float] = []
     for time in np.arange(round(SECONDS / _STEP)) * _STEP:
         is_held = limit is not None and sign * (mechanism.position - limit) >= 0.0
@@ -182,7 +183,10 @@ def run_mechanism(
 
 
 def holding_share(config: MechanismConfig) -> float:
-    """Return the largest ratio of weight torque to stall torque at 12 V plus friction torque [-]; 0 without weight."""
+    """Return the largest gravity torque over stall torque at 12 V plus friction torque [-]; 0 without weight.
+
+    The largest gravity torque is that of the arm's angle nearest to the horizontal between the stops.
+    """
     if isinstance(config, ArmConfig):
         low, high = config.min_angle, config.max_angle
         level = any(low <= turn * math.pi <= high for turn in range(math.ceil(low / math.pi), 3 + int(high / math.pi)))
@@ -278,7 +282,10 @@ def _mechanism_findings(name: str, config: MechanismConfig) -> Iterator[RobotFin
 
 
 def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest and highest corner of a deployed intake's zone over all carrier positions, robot frame [m]."""
+    """Return the lowest and highest corner of the box around a deployed intake's zone, robot frame [m].
+
+    The box contains the zone at all stops of the mechanisms that carry the intake.
+    """
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     if intake.deploy is not None:
         low, high = mechanisms[intake.deploy].stops
@@ -297,7 +304,7 @@ def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, 
 
 
 def _intake_findings(name: str, intake: IntakeConfig, config: RobotConfig, game: Game | None) -> Iterator[RobotFinding]:
-    """Yield findings about an intake that does not reach pieces outside the bumpers, or reaches too far."""
+    """Yield findings about an intake that reaches no pieces, or reaches too far beyond the bumpers."""
     low, high = intake_zone(intake, config)
     kinds = [] if game is None else [s.kind for s in game.pieces if not intake.kinds or s.kind.name in intake.kinds]
     body = config.body

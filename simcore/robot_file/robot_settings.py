@@ -59,27 +59,27 @@ _OF_FIXED_WHEELS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MechanismSettings:
-    """Mechanism with the devices that drive it."""
+    """Mechanism with config, devices and joint, as described in a `[[mechanism]]` table."""
 
     name: str
     config: MechanismConfig
-    """Gears, masses and stops; the type of the config is the kind of the mechanism."""
+    """Gears, masses and stops; the class of the config determines the kind of the mechanism."""
     guessed: Mapping[str, Any] = field(default_factory=dict)
     """Guessed values by key, for keys that are missing in the file."""
     friction_is_given: bool = True
-    """Whether the file gives the friction; a default friction is replaced by a kS in the motor controller."""
+    """Whether the file gives the friction; if not, a kS in the motor controller replaces the default friction."""
     motor: str
-    """Name of the motor, one of `simcore.robot.dc_motor.MOTOR_NAMES`."""
+    """Name of the motor, one of `simcore.robot.dc_motor.MOTOR_NAMES`; empty for a servo or a piston."""
     controller: str
     """Controller, one of `CONTROLLERS`; `Servo` for a servo, `Solenoid` for a piston."""
     leader: DeviceAddress
-    """CAN id, or PWM, relay or solenoid channel."""
+    """CAN id of the leader, or PWM, relay or (forward) solenoid channel."""
     followers: tuple[DeviceAddress, ...] = ()
     """CAN ids or channels of the followers, or the reverse channel of a double solenoid."""
     opposed: tuple[DeviceAddress, ...] = ()
     """Followers that are mounted face to face with the leader."""
     reversed: bool = False
-    """Whether positive in robot code is negative for the mechanism."""
+    """Whether the positive direction in robot code is the negative direction of the mechanism."""
     cancoder: DeviceAddress | None = None
     """CAN id of a CANcoder on the mechanism; None without a CANcoder."""
     cancoder_gearing: float = 1.0
@@ -89,7 +89,7 @@ class MechanismSettings:
     coasts: bool = False
     """Whether a controller on a PWM or relay port coasts at zero output instead of braking."""
     module: str = ""
-    """Type and CAN id of a solenoid's pneumatics module, e.g. `REVPH 1`."""
+    """Type and CAN id of a solenoid's pneumatics module, e.g. `REVPH 1`; empty for other controllers."""
     joint: Joint | None = None
     """Joint that the mechanism moves, in the frame of the carrier; None for a mechanism that cannot carry parts."""
     on: str | None = None
@@ -106,7 +106,7 @@ class MechanismSettings:
         return [(model, address) for address in self.devices]
 
     def among(self, built: Collection[DeviceAddress]) -> MechanismSettings:
-        """Return a copy whose addresses are those in `built` that match, as in `DeviceAddress.among`."""
+        """Return a copy with each address replaced by the matching address in `built`; see `DeviceAddress.among`."""
         leader, *followers = (address.among(built) for address in self.devices)
         opposed = tuple(address.among(built) for address in self.opposed)
         return replace(self, leader=leader, followers=tuple(followers), opposed=opposed)
@@ -119,7 +119,7 @@ class MechanismSettings:
     def with_program(self, gearing: float, inertia: float) -> MechanismSettings:
         """Return a copy with the gearing and inertia of the program's configuration in place of guesses.
 
-        The default friction is computed again for the new gearing.
+        If the file gives no friction, the copy has the default friction for the new gearing.
 
         Args:
             gearing: Rotor turns per turn of the mechanism [-].
@@ -139,7 +139,7 @@ class MechanismSettings:
         return replace(self, config=replace(config, gearbox=gearbox, **own), guessed={**self.guessed, **from_program})
 
     def with_friction(self, volts: float) -> MechanismSettings:
-        """Return a copy with the friction torque for a kS [V], unless the file gives the friction."""
+        """Return a copy with the friction torque for a kS [V], or `self` if the file gives the friction."""
         if self.friction_is_given or isinstance(self.config, (PistonConfig, ServoConfig)):
             return self
         gearbox = self.config.gearbox
@@ -175,7 +175,7 @@ class RobotSettings:
     """Variation from run to run; None for no variation."""
     drivetrain: DrivetrainSettings = field(default_factory=DrivetrainSettings)
     given: frozenset[str] = field(default=frozenset(), compare=False)
-    """Which of the keys `mass` and `tread` the file has; the program's settings may replace missing values."""
+    """Keys that the file gives, out of `mass` and `tread`; other sources override the default of a missing key."""
     gyro_errors: str = "pigeon2"
     """Error model of the program's gyro, one of `simcore.robot.gyro.GYROS`; not a key of the file."""
     mass: float = 55.0
@@ -193,30 +193,30 @@ class RobotSettings:
     real: bool = False
     """Whether `RobotBase.isReal()` returns True in the program."""
     serial_number: str = ""
-    """Serial number of the roboRIO that the program reads."""
+    """Serial number of the roboRIO that the program reads; empty for the value of WPILib's simulation."""
     wheel_cof: float = 1.2
     """Coefficient of friction of the wheels on carpet [-]."""
     wheel_grain: float | None = None
-    """Sideways over forward friction of the wheels [-]; None here and in the next fields for the default."""
+    """Ratio of sideways to forward friction of the wheels [-]; None for the default of the drivetrain model."""
     drive_friction_volts: float | None = None
-    """kS of the drive motors [V]."""
+    """kS of the drive motors [V]; None for the kS in the program, or else the default of the drivetrain model."""
     drive_efficiency: float | None = None
-    """Efficiency of the drive gears [-]."""
+    """Efficiency of the drive gears [-]; None for the default of the drivetrain model."""
     right_efficiency: float | None = None
-    """Efficiency of the drive gears on a tank drive's right side [-]."""
+    """Efficiency of the drive gears on a tank drive's right side [-]; None if equal to `drive_efficiency`."""
     free_speed_share: float | None = None
-    """Free speed of the drive motors over the free speed in their datasheet [-]."""
+    """Ratio of actual to datasheet free speed of the drive motors [-]; None for the default of the drivetrain model."""
     battery_resistance: float | None = None
-    """Resistance of battery, breaker and cables [ohm]."""
+    """Resistance of battery, breaker and cables [ohm]; None for the default of `BatteryConfig`."""
     steer_friction_volts: float | None = None
-    """kS of the steer motors [V]."""
+    """kS of the steer motors [V]; None for the default of the drivetrain model."""
     bumper_friction: float | None = None
-    """Friction factor of the bumpers, as in `ChassisConfig` [-]."""
+    """Friction factor of the bumper fabric [-]; None for the default of `ChassisConfig`."""
     drive_motor: str | None = None
-    """Name of the drive motor; None for the motor in the drivetrain's constants."""
+    """Name of the drive motors; None for the motor found in the program."""
     steer_motor: str | None = None
     start: tuple[float, float, float] = (2.0, 1.2, 0.0)
-    """Start pose as a blue robot, field frame [m, m, rad]."""
+    """Start pose for the blue alliance, field frame [m, m, rad]."""
     preload: int = 0
     """Number of pieces in the robot at the start."""
     capacity: int | None = None
@@ -224,23 +224,23 @@ class RobotSettings:
     mechanisms: tuple[MechanismSettings, ...] = ()
     intakes: tuple[IntakeConfig, ...] = ()
     storages: tuple[StorageConfig, ...] = ()
-    """Storages; empty for a single storage with `capacity`."""
+    """Storages, the first for preloads; empty for a single storage with `capacity`."""
     shooters: tuple[ShooterConfig, ...] = ()
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
     components: tuple[ComponentConfig, ...] = ()
     moving_masses: tuple[MovingMass, ...] = ()
     auto_starts: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
-    """Start poses of autos by name, as a blue robot, field frame [m, m, rad]; other autos use `start`."""
+    """Start poses for the blue alliance by name of the auto, field frame [m, m, rad]; other autos use `start`."""
     cameras: tuple[CameraConfig, ...] = ()
     sensors: tuple[SensorSettings, ...] = ()
     headset: QuestConfig | None = None
     """QuestNav headset; None if the robot has no headset."""
     further_robots: tuple[FurtherRobot, ...] = ()
-    """Partners and opponents."""
+    """Partners and opponents of the team's robot in the file."""
 
     def with_bumper_around(self, wheels: Sequence[tuple[float, float]]) -> RobotSettings:
-        """Return a copy with bumpers 15 cm beyond the wheel centers [m], unless the file has bumpers."""
+        """Return a copy with bumpers 15 cm beyond the given wheel centers [m], unless the file gives the bumpers."""
         if self.bumper is not None:
             return self
         # From a wheel's center to the outside of the bumpers: 2.6 in of module, 3.25 in of bumper.
@@ -258,7 +258,7 @@ class RobotSettings:
         )
 
     def mechanism(self, name: str) -> MechanismSettings:
-        """Return the mechanism with a name, which must exist."""
+        """Return the mechanism named `name`, which must exist."""
         return next(m for m in self.mechanisms if m.name == name)
 
     def require_pieces(self, kinds: Sequence[str]) -> None:
@@ -279,7 +279,7 @@ class RobotSettings:
         """Check that the drivetrain model uses every drivetrain value of the file.
 
         Raises:
-            ConfigError: A value does not apply to the drivetrain, or the program's constants replace it.
+            ConfigError: A value does not apply to the drivetrain, or the program's constants override the value.
         """
         own: Any = drivetrain
         kind = type(drivetrain).__name__.removesuffix("Config").lower()
@@ -307,12 +307,13 @@ class RobotSettings:
     def robot_config(
         self, drivetrain: SwerveConfig | TankConfig | MecanumConfig, *, storage: StorageConfig | None = None
     ) -> RobotConfig:
-        """Build the config of the robot on a drivetrain.
+        """Build the config of a robot with the given drivetrain and the mechanisms in the file.
 
         Args:
-            drivetrain: Drivetrain with the robot's mass; without bumpers in the file, bumpers are 15 cm beyond the
-                wheels.
-            storage: Storage for a file without `[[storage]]`, with the capacity in the file; None for the default.
+            drivetrain: Drivetrain with the robot's mass. If the file has no bumpers, the bumpers are 15 cm beyond the
+                wheel centers.
+            storage: Storage for a file without `[[storage]]`; a capacity in the file overrides the storage's capacity.
+                None for the default storage.
         """
         bumper = self.with_bumper_around(drivetrain.wheel_positions).bumper
         assert bumper is not None
@@ -372,10 +373,10 @@ def practice_match(
     sinks: Sequence[TelemetrySink] = (),
     network: CameraNetwork | None = None,
 ) -> Match:
-    """Build a match with the team's robot and the partners and opponents in the settings; every piece counts.
+    """Build a match with the team's robot and the partners and opponents in the settings.
 
-    In a whole match, there are scripted players too, the rules decide which pieces count, and the game's match options
-    are on.
+    In practice, every scored piece counts. In a whole match, scripted players take part as well, the rules decide which
+    pieces count, and the game's match options are on.
 
     Args:
         game: Game to play.

@@ -40,7 +40,7 @@ __all__ = ["SENSORS", "PieceView", "SensorSettings", "read_sensors"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceView:
-    """Pieces in the robot that a sensor detects; each field has the meaning of the equally named key in `_VIEW`."""
+    """Pieces in the robot that a sensor detects; the keys of `_VIEW` explain the fields (`place` is the key `sees`)."""
 
     place: str
     at_least: int = 1
@@ -63,7 +63,7 @@ class SensorSettings:
     kind: str
     """Kind of the sensor, one of `SENSORS`."""
     keys: tuple[DeviceKey, ...]
-    """Ports or device of the sensor; channels A and B of a quadrature encoder."""
+    """Port or CAN device of the sensor; for a quadrature encoder, the ports of channels A and B."""
     mechanism: str | None = None
     """Name of the measured mechanism; None if the sensor detects pieces."""
     sees: PieceView | None = None
@@ -71,19 +71,20 @@ class SensorSettings:
     pin: int = 0
     """Pin of the CANdi to which a switch or beam break is wired, 1 or 2; 0 without a CANdi."""
     normally_closed: bool = False
-    """Whether the contact connects to ground while the sensor is not triggered, instead of while triggered."""
+    """Whether the contact is closed to ground while the sensor is idle, instead of while triggered."""
     pressed: tuple[float, float] = (0.0, 0.0)
-    """Lower and upper position between which a limit switch is pressed [rad], or [m] for a piston."""
+    """Range of positions in which a limit switch is pressed [rad], or [m] for a piston."""
     gearing: float = 1.0
     """Encoder turns per turn of the mechanism [-]; negative if the encoder counts down while the mechanism goes up."""
     pulses_per_turn: float = 0.0
     """Pulses per turn of a quadrature encoder [-]."""
     zero: float = 0.0
-    """Reading of an absolute encoder at position zero of the mechanism, in the unit of robot code."""
+    """Reading that robot code gets from an absolute encoder with the mechanism at position 0, in the unit of that
+    reading."""
     volts: tuple[float, float] = (0.0, 0.0)
     """Voltage of a potentiometer at the mechanism's lower and upper stop [V]."""
     distance: float = 0.0
-    """Distance from a CANrange to a piece, or to the mechanism at its lower stop [m]."""
+    """Distance from a CANrange to a piece, or to the mechanism at the lower stop [m]."""
     empty: float = 0.0
     """Reading of a CANrange without a piece [m]."""
 
@@ -96,61 +97,73 @@ _KINDS = (
     *("encoder", "duty cycle encoder", "analog encoder", "potentiometer"),
     *("limit switch", "beam break", "canrange"),
 )
-_MECHANISM = Key("mechanism", Named("mechanism", "[[mechanism]]"), example="hood")
+_MECHANISM = Key(
+    "mechanism", Named("mechanism", "[[mechanism]]"), about="mechanism that the sensor measures", example="hood"
+)
 _TURNING = (
     Key("gearing", GEARING, 1.0, "encoder turns per turn of the mechanism"),
-    Key("reversed", bool, False, "whether it counts down while the mechanism goes up"),
+    Key("reversed", bool, False, "whether the encoder counts down while the mechanism moves up"),
 )
-_ZERO = Key("zero", RATIO, 0.0, "reading in your code with the mechanism at 0")
+_ZERO = Key("zero", RATIO, 0.0, "reading in your code at position 0 of the mechanism")
 
-SENSOR = KeyTable("[[sensor]]", "a sensor without a table reads as if there were nothing to sense", (
-    Key("name", str, example="hood encoder"),
-    Key("kind", _KINDS),
+SENSOR = KeyTable("[[sensor]]", "a sensor; without a table, a sensor in the program detects nothing", (
+    Key("name", str, about="name of the sensor", example="hood encoder"),
+    Key("kind", _KINDS, about="kind of sensor"),
 ))  # fmt: skip
-_INPUT = KeyTable("wiring of a switch or a beam break", "one of the two", (
-    Key("dio", _DIO, None, "channel", 2),
-    Key("candi", DeviceAddress, None, "instead: CAN id, with pin = 1 or 2", needs=("pin", "<1 or 2>")),
-    Key("pin", Quantity("", 1, 2, is_whole=True), None, "of a CANdi", needs=("candi", "<CAN id>")),
-    Key("normally", ("open", "closed"), "open", "a DIO reads True until it is pressed or broken; closed: the reverse"),
+_INPUT = KeyTable("wiring of a switch or a beam break", "a DIO channel, or a pin of a CANdi", (
+    Key("dio", _DIO, None, "DIO channel", 2),
+    Key("candi", DeviceAddress, None, "CAN id of a CANdi with pin = 1 or 2, instead of dio", needs=("pin", "<1 or 2>")),
+    Key("pin", Quantity("", 1, 2, is_whole=True), None, "pin of the CANdi", needs=("candi", "<CAN id>")),
+    Key("normally", ("open", "closed"), "open", "open: a DIO reads True until the switch is pressed or the beam is "
+        "broken; closed: the reverse"),
 ))  # fmt: skip
-_VIEW = KeyTable("pieces that a beam break or a CANrange sees", "pieces in the robot, of all kinds or some", (
-    Key("sees", ("storage", "claw", "intake", "shooter"), "storage", "pieces there; intake and shooter: that pass",
-        field="place"),
-    Key("at_least", Quantity("", 1, 500, is_whole=True), 1, "storage: number of pieces from its exit up to the sensor"),
-    Key("delay", DELAY, 0.0, "storage: seconds that a piece takes from the intake to the sensor"),
-    Key("passing_time", DURATION, 0.1, "intake and shooter: seconds for which a piece is seen"),
-    Key("kinds", Several(str), (), "kinds of pieces that it sees; left out: all", ["Name"]),
+_VIEW = KeyTable("pieces that a beam break or a CANrange detects", "pieces in the robot, of all kinds or some", (
+    Key("sees", ("storage", "claw", "intake", "shooter"), "storage", "location of the detected pieces; intake and "
+        "shooter: pieces that pass", field="place"),
+    Key("at_least", Quantity("", 1, 500, is_whole=True), 1, "number of stored pieces that triggers the sensor (only "
+        "storage)"),
+    Key("delay", DELAY, 0.0, "time that a piece takes from the intake to the sensor [s] (only storage)"),
+    Key("passing_time", DURATION, 0.1, "time for which a passing piece is detected [s] (only intake and shooter)"),
+    Key("kinds", Several(str), (), "kinds of pieces that the sensor detects; left out: all kinds", ["Name"]),
 ))  # fmt: skip
 SENSORS = {table.head: table for table in (
-    KeyTable("encoder", "a quadrature encoder; it reads 0 at the start", (
+    KeyTable("encoder", "a quadrature encoder, which reads 0 at the start", (
         _MECHANISM,
-        Key("dio", Several(_DIO, or_one=False), about="its two channels", example=[0, 1]),
-        Key("pulses_per_turn", GEARING, about="of the encoder", example=2048),
+        Key("dio", Several(_DIO, or_one=False), about="both DIO channels of the encoder", example=[0, 1]),
+        Key("pulses_per_turn", GEARING, about="pulses per turn of the encoder", example=2048),
         *_TURNING,
     )),
-    KeyTable("duty cycle encoder", "absolute", (_MECHANISM, Key("dio", _DIO, example=4), *_TURNING, _ZERO)),
-    KeyTable("analog encoder", "absolute", (_MECHANISM, Key("analog", _ANALOG, example=0), *_TURNING, _ZERO)),
-    KeyTable("potentiometer", "linear between the mechanism's stops; also for an AnalogInput", (
-        _MECHANISM,
-        Key("analog", _ANALOG, example=1),
-        Key("lower_volts", _VOLTS, about="at the mechanism's lower stop", example=0.5),
-        Key("upper_volts", _VOLTS, about="at its upper stop", example=4.5),
+    KeyTable("duty cycle encoder", "an absolute encoder with a duty-cycle output on a DIO channel", (
+        _MECHANISM, Key("dio", _DIO, about="DIO channel", example=4), *_TURNING, _ZERO,
     )),
-    KeyTable("limit switch", "pressed by a mechanism", (
+    KeyTable("analog encoder", "an absolute encoder on an analog input", (
+        _MECHANISM, Key("analog", _ANALOG, about="analog channel", example=0), *_TURNING, _ZERO,
+    )),
+    KeyTable("potentiometer", "a potentiometer or AnalogInput; the voltage is linear between the mechanism's stops", (
         _MECHANISM,
-        Key("at", ("lower", "upper"), None, "or a place: at_deg = 30, at_height = 0.5 or at_extension = 0.1", "lower"),
-        Key("at_deg", DEGREES, None, "of an arm, turret or servo"),
-        Key("at_height", ROBOT_PLACE, None, "of an elevator"),
-        Key("at_extension", ROBOT_PLACE, None, "of a rack or piston"),
-        Key("within", Quantity("", 0.0, 36_000.0, is_open=True), None, "left out: 1 % of the travel [m or deg]"),
+        Key("analog", _ANALOG, about="analog channel", example=1),
+        Key("lower_volts", _VOLTS, about="voltage at the mechanism's lower stop [V]", example=0.5),
+        Key("upper_volts", _VOLTS, about="voltage at the mechanism's upper stop [V]", example=4.5),
+    )),
+    KeyTable("limit switch", "a switch that a mechanism presses", (
+        _MECHANISM,
+        Key("at", ("lower", "upper"), None, "stop at which the switch is pressed; for a position between the stops, "
+            "write at_deg, at_height or at_extension instead", "lower"),
+        Key("at_deg", DEGREES, None, "angle of an arm, turret or servo at the switch [deg]"),
+        Key("at_height", ROBOT_PLACE, None, "height of an elevator at the switch [m]"),
+        Key("at_extension", ROBOT_PLACE, None, "extension of a rack or piston at the switch [m]"),
+        Key("within", Quantity("", 0.0, 36_000.0, is_open=True), None, "largest distance from the switch at which the "
+            "switch is pressed [m or deg]; left out: 1 % of the travel"),
         *_INPUT.keys,
     )),
-    KeyTable("beam break", "a light barrier that pieces in the robot break", (*_INPUT.keys, *_VIEW.keys)),
-    KeyTable("canrange", "sees pieces, with the same keys, or a sliding mechanism", (
-        Key("id", DeviceAddress, example=12),
-        replace(_MECHANISM, default=None, about="instead of pieces: an elevator, rack or piston", example="lift"),
-        Key("distance", ROBOT_HEIGHT, None, "to a piece or a mechanism at its lower stop; left out: 0.05, piece", 0.05),
-        Key("empty", ROBOT_HEIGHT, 0.5, "distance without a piece"),
+    KeyTable("beam break", "a light barrier that pieces in the robot interrupt", (*_INPUT.keys, *_VIEW.keys)),
+    KeyTable("canrange", "a CANrange that detects pieces or measures a sliding mechanism", (
+        Key("id", DeviceAddress, about="CAN id", example=12),
+        replace(_MECHANISM, default=None, about="elevator, rack or piston to measure, instead of pieces",
+            example="lift"),
+        Key("distance", ROBOT_HEIGHT, None, "distance to a piece, or to the mechanism at the lower stop [m]; left out: "
+            "0.05 for a piece", 0.05),
+        Key("empty", ROBOT_HEIGHT, 0.5, "reading without a piece [m]"),
         *_VIEW.keys,
     )),
 )}  # fmt: skip
@@ -224,7 +237,7 @@ def _sensor(t: Table, mechanisms: Mapping[str, MechanismConfig]) -> SensorSettin
 
 
 def _wired(t: Table, v: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the wiring of a switch or beam break, by field of `SensorSettings`."""
+    """Return port, pin and contact type of a switch or beam break, by field of `SensorSettings`."""
     closed = v["normally"] == "closed"
     if v["candi"] is not None and v["dio"] is not None:
         raise t.error("dio", "and candi exclude each other: a switch is wired to one of them")
@@ -245,7 +258,7 @@ def _piece_view(t: Table, v: Mapping[str, Any]) -> PieceView:
 
 
 def _range(t: Table, config: MechanismConfig | None, v: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the distances of a CANrange and the pieces that it detects, by field of `SensorSettings`."""
+    """Return the distances and the detected pieces of a CANrange, by field of `SensorSettings`."""
     if config is None:
         near = 0.05 if v["distance"] is None else v["distance"]
         return {"distance": near, "empty": v["empty"], "sees": _piece_view(t, v)}
@@ -269,7 +282,7 @@ def _stops(t: Table, config: MechanismConfig) -> tuple[float, float]:
 def _pressed_range(t: Table, config: MechanismConfig, v: Mapping[str, Any]) -> tuple[float, float]:
     """Return the positions between which a switch is pressed [rad], or [m] for a piston.
 
-    By default, a switch is pressed within 1 % of the travel from its position.
+    The default distance is 1 % of the mechanism's travel on either side of the switch.
     """
     low, high = _stops(t, config)
     if isinstance(config, (ArmConfig, ServoConfig)):

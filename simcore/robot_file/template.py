@@ -1,4 +1,4 @@
-"""Text of a new `simcore.toml`: the devices of a robot program, and optionally all other keys in comments."""
+"""Text of a new `simcore.toml`: the devices of a robot program, and on request all other keys in comments."""
 
 from __future__ import annotations
 
@@ -23,7 +23,9 @@ Found = Mapping[str, Any]
 
 
 def template(found: Found | None = None, *, game: str = "", every: bool = False) -> str:
-    """Return the text of a file with the results of a survey; the robot drives as it would without a file.
+    """Return the text of a new `simcore.toml` with the results of a survey.
+
+    The drivetrain in the file behaves like the drivetrain without a file.
 
     Args:
         found: Results of `simcore.robotcode.sim.robot_survey`; None without a survey.
@@ -36,17 +38,20 @@ def template(found: Found | None = None, *, game: str = "", every: bool = False)
     others = [_camera(camera) for camera in found.get("cameras", ())] + [_port(port) for port in found.get("ports", ())]
     parts = [
         _prose(
-            "What `robotpy sim --simcore` cannot read from your program. Lengths in meters, angles in degrees,",
-            "masses in kg. x is forward, y to the left, z up; a robot's origin is on the floor under its center.",
-            "A table [[name]] may come several times. `simcore init --all` writes all keys.",
+            "Values that `robotpy sim --simcore` cannot read from your program. Lengths are in meters, angles in",
+            "degrees, masses in kg. x is forward, y to the left, z up; the origin of the robot frame is on the floor",
+            "under the robot's center. A table [[name]] may appear several times. `simcore init --all` writes all",
+            "keys.",
         ),
-        comment_line(f"game = {toml(game)}", "left out: the newest that is installed") if game else "",
+        comment_line(f"game = {toml(game)}", "game to play; left out: the newest installed game") if game else "",
         KeyTable(TOP.head, TOP.about, TOP.keys[1:] if game else TOP.keys).example() if every else "",
         _live(ROBOT, *live, every=every, shown=found.get("answering_keys", ())),
         _live(START, *(key.name for key in START.keys), every=every),
         _drivetrain(drivetrain),
         _mechanisms(found.get("motors", ())),
-        _prose("Your program has these too, for [[camera]], [[sensor]] and [[mechanism]]:", *others) if others else "",
+        _prose("Other devices in your program, for tables [[camera]], [[sensor]] and [[mechanism]]:", *others)
+        if others
+        else "",
     ]
     if every:
         parts += [table.example() for table in _tables() if table not in (TOP, ROBOT, START)]
@@ -66,7 +71,7 @@ def _port(port: Found) -> str:
 
 
 def _tables() -> list[KeyTable]:
-    """Return all tables that a file may have."""
+    """Return all tables that a file may have, in the order of the documentation."""
     return [
         *(TOP, ROBOT, DRIVETRAIN, START, AUTOS, KeyTable(SCATTER.head, SCATTER.about, SCATTER.keys[:1])),
         *(MECHANISM, MOTORS),
@@ -85,12 +90,19 @@ def reference() -> str:
 
 
 def _prose(*lines: str) -> str:
-    """Format lines as comments."""
+    """Format lines of text as TOML comments."""
     return "".join(f"# {line}".rstrip() + "\n" for line in lines)
 
 
 def _live(table: KeyTable, *names: str, every: bool, shown: Sequence[str] = ()) -> str:
-    """Format a table with the named keys set; the keys in `shown`, or all keys if `every` is true, are comments."""
+    """Format a table with active lines for `names`, and comment lines for `shown` or, with `every`, all other keys.
+
+    Args:
+        table: Table to format.
+        names: Keys with active lines.
+        every: Whether all other keys of the table become comment lines.
+        shown: Keys with comment lines.
+    """
     head = KeyTable(table.head, table.about, ()).example().removeprefix("# ")
     keys = [key for key in table.keys if every or key.name in (*names, *shown)]
     return head + "".join(key.line(prefix="" if key.name in names else "# ") for key in keys)
@@ -112,8 +124,8 @@ def _mechanisms(motors: Sequence[Found]) -> str:
     if not motors:
         return ""
     text = _prose(
-        "Your program has these motors besides its drivetrain. Each turns freely, as simcore guesses: say what it",
-        "is (kind) and weigh and measure it. A key that is left out stays a guess, which `simcore check` lists.",
+        "Motors in your program outside the drivetrain. simcore guesses that the mechanism of each motor turns freely:",
+        "enter the kind and the measured values. A missing key stays a guess, which `simcore check` lists.",
     )
     places = [str(m["leader"]).replace(":", "_") for m in motors]
     names = [m["name"] or f"motor{place}" for m, place in zip(motors, places, strict=True)]

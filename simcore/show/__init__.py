@@ -1,1 +1,1 @@
-"""HTML pages, charts, the live browser view, and layouts for dashboards."""
+"""Pages and charts of runs, the live view in a browser, and layouts for AdvantageScope and Elastic."""

@@ -1,4 +1,4 @@
-"""Charts of a run, made from its telemetry."""
+"""Charts of a run, computed from the recorded telemetry."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from simcore.typing import FloatArray
 
 __all__ = ["Chart", "Curve", "charts_of", "thinned", "value_at"]
 
-_POSE_ERROR = "/PoseError"  # stands for a key: distance of a robot from its estimated pose, which is not published
+_POSE_ERROR = "/PoseError"  # end of a made-up key: distance between true and estimated pose, not published
 _TICK_BUDGET = 20.0  # [ms]
 _SETPOINT = re.compile(r"/Debug/(\w+?)(VelocityRPS|PositionRot)Setpoint$")
 _QUANTITIES = (
@@ -31,7 +31,7 @@ _QUANTITIES = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curve:
-    """Curve of a chart."""
+    """Curve of a chart: one value over time."""
 
     label: str
     times: FloatArray
@@ -39,9 +39,9 @@ class Curve:
     values: FloatArray
     """Values of the points, shape (n,)."""
     is_stepped: bool = False
-    """Whether the curve is drawn in steps, for a count that jumps from value to value."""
+    """Whether the curve is drawn in steps, because the value is constant between two points."""
     key: str = ""
-    """Telemetry key of the values; empty if they are computed from several keys."""
+    """Telemetry key of the values; empty if the values are computed from several keys."""
     color: str = ""
     """Color of the curve as a CSS value; empty for the chart's next color."""
 
@@ -54,7 +54,7 @@ class Chart:
     unit: str
     curves: Sequence[Curve]
     limit: float | None = None
-    """Critical value, drawn as a line if a curve comes near the value; None without a limit."""
+    """Critical value, drawn as a line if a curve comes close to the value; None without a limit."""
     limit_label: str = ""
     from_zero: bool = True
     group: str = ""
@@ -62,7 +62,7 @@ class Chart:
 
 
 def charts_of(track: RunTrack) -> list[Chart]:
-    """Return the charts of a run, most important first; charts without published telemetry are left out."""
+    """Return the charts of a run, most important first; charts without recorded data are left out."""
     recording, scene = track.recording, track.scene
     robots = list(enumerate(scene.robots))
     several, of_each = len(robots) > 1, ", by robot" if len(robots) > 1 else ""
@@ -86,7 +86,7 @@ def charts_of(track: RunTrack) -> list[Chart]:
     many = "battery" if len(robots) > 2 else ""  # too many curves for one visible chart
     charts = [
         Chart(title="Score", unit="points", curves=score),
-        Chart(title=f"Battery{of_each}", unit="V", curves=volts, limit=BROWNOUT, limit_label="brown-out",
+        Chart(title=f"Battery{of_each}", unit="V", curves=volts, limit=BROWNOUT, limit_label="brownout",
               from_zero=False, group=many),
         Chart(title=f"{pieces.capitalize()} held{of_each}", unit="pieces", curves=held),
         Chart(title=f"Current{of_each}", unit="A", curves=_curves(recording, currents), group=many),
@@ -109,7 +109,7 @@ def charts_of(track: RunTrack) -> list[Chart]:
 
 
 def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepped: bool = False) -> list[Curve]:
-    """Return a curve for each pair of a label and a key, if the key was recorded."""
+    """Return a curve for each pair of label and key whose key was recorded."""
     return [
         Curve(label=label, times=times, values=values, is_stepped=is_stepped, key=key)
         for label, key in wanted
@@ -120,7 +120,10 @@ def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepp
 
 
 def _with_extremes(recording: Recording, curve: Curve, prefix: str) -> Curve:
-    """Return a battery voltage curve with the minima between recorded rows; unchanged if these were not recorded."""
+    """Return a battery voltage curve that also has the minima between recorded rows.
+
+    The curve is unchanged if the minima were not recorded.
+    """
     if not recording.has(f"{prefix}/Debug/BatteryVoltageLowest"):
         return curve
     lowest = recording.series(f"{prefix}/Debug/BatteryVoltageLowest")[1]
@@ -129,9 +132,9 @@ def _with_extremes(recording: Recording, curve: Curve, prefix: str) -> Curve:
 
 
 def _pose_errors(track: RunTrack) -> list[Curve]:
-    """Return a curve for each robot: the distance between the true and the estimated pose [m].
+    """Return a curve for each robot with an estimated pose: the distance between the true and estimated positions [m].
 
-    Values are NaN until the last placement of the robot before driving.
+    Values are NaN before the last time at which the robot was placed on the field before driving.
     """
     curves = []
     for number, ((times, true), (at, believed)) in enumerate(zip(track.robots, track.estimates, strict=True)):
@@ -147,7 +150,7 @@ def _pose_errors(track: RunTrack) -> list[Curve]:
 
 
 def _mechanism_charts(recording: Recording, prefix: str, group: str) -> Iterable[Chart]:
-    """Yield charts of closed loops with their set-points, of other moving mechanisms, and of all mechanism currents."""
+    """Yield charts of closed loops with setpoints, of other moving mechanisms, and of all mechanism currents."""
     head = f"{prefix}/Debug/"
     known = set()
     for key in recording.keys:
@@ -171,7 +174,10 @@ def _mechanism_charts(recording: Recording, prefix: str, group: str) -> Iterable
 
 
 def _setpoint_chart(recording: Recording, stem: str, kind: str, wanted: str) -> Chart:
-    """Make a chart of a closed loop's measured value and set-point, with positions as heights or angles if possible."""
+    """Return a chart of the measured value and the setpoint of a closed loop.
+
+    If the height or angle of the mechanism was recorded, convert positions in turns to this height or angle.
+    """
     if kind == "VelocityRPS":
         curves = _curves(recording, [("is", stem + kind), ("set-point", wanted)])
         return Chart(title=f"{_name(stem)} velocity", unit="turns/s", curves=curves)
@@ -193,7 +199,7 @@ def _name(stem: str) -> str:
 
 
 def value_at(snapshot: Snapshot, key: str) -> float | None:
-    """Return a curve's value in a snapshot, rounded for display; None if the value is missing or not finite."""
+    """Return the value of a curve's key in a snapshot, rounded for display; None if missing or not finite."""
     if key.endswith(_POSE_ERROR):
         prefix = key.removesuffix(_POSE_ERROR)
         true, believed = (snapshot.poses.get(f"{prefix}/Robot/{name}") for name in ("Pose3d", "EstimatedPose"))
@@ -203,9 +209,9 @@ def value_at(snapshot: Snapshot, key: str) -> float | None:
 
 
 def thinned(curve: Curve, buckets: int = 400) -> Curve:
-    """Return a curve with its end points and the lowest and highest point of each of `buckets` parts.
+    """Return a curve with fewer points: both ends, and the lowest and highest point of each of `buckets` parts.
 
-    The curve is unchanged if it has at most two points per part.
+    A curve with at most two points per part is unchanged.
     """
     n = len(curve.times)
     if n <= 2 * buckets:

@@ -20,10 +20,10 @@ _PERIOD = 0.06  # [s]; update period of a widget, Elastic's default
 
 
 def elastic_layout(snapshot: Snapshot) -> dict[str, Any]:
-    """Return the content of the layout file.
+    """Return the content of an Elastic layout file, with a tab for driving and a tab for the robot.
 
     Args:
-        snapshot: Snapshot of the run; `Sim/` keys that the snapshot does not contain have no widget.
+        snapshot: Snapshot of the run; the layout has no widgets for `Sim/` keys that the snapshot does not contain.
     """
     drive = [
         _widget("Field", "SmartDashboard/Field", "Field", (0, 0, 6, 4)),
@@ -60,7 +60,7 @@ def elastic_layout(snapshot: Snapshot) -> dict[str, Any]:
 def _rows(
     widgets: list[tuple[str, str, str]], area: tuple[int, int, int], size: tuple[int, int]
 ) -> list[dict[str, Any]]:
-    """Return widgets of equal size, laid out row by row.
+    """Return widgets of equal size that fill an area row by row.
 
     Args:
         widgets: Key, widget type and data type of each widget.

@@ -1,4 +1,4 @@
-"""Log and page of a failed test's run, and a sentence with the paths of both files."""
+"""Functions that write the log and the page of a failed test's run, and that describe a recorded run as a scene."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LONGEST = 100  # [characters]; longest file name
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FailedRunFiles:
-    """Files written for a failed test; `str` gives a sentence with their paths."""
+    """Paths of the files written for a failed test; `str()` returns a sentence with the paths."""
 
     page: Path | None = None
     log: Path | None = None
@@ -46,14 +46,14 @@ def save_failed_run(
     title: str = "",
     note: str = "",
 ) -> FailedRunFiles:
-    """Write the log and the page of a run, even after an error or before the end of the run, without raising errors.
+    """Write the log and the page of a run that may have ended early, and report errors in the result.
 
     Args:
-        recording: Recording of the run, added by `game.sinks.append(recording)` before the first tick.
+        recording: Recording of the run, which `game.sinks.append(recording)` adds before the first tick.
         folder: Folder for the files, created if missing; existing files are overwritten.
         name: File name without suffix; characters that file systems forbid are replaced.
-        scene: Scene of the run, from `game.scene()`; None for an empty field that covers all motion.
-        title: Heading of the page; empty for the name.
+        scene: Scene of the run, from `game.scene()`; None for an empty field that is large enough for the motion.
+        title: Heading of the page; empty to use `name`.
         note: Text under the heading, e.g. the test's expectation.
 
     Returns:
@@ -95,7 +95,7 @@ def write_log(recording: Recording, path: str | Path) -> None:
 
 
 def empty_scene(recording: Recording) -> Scene:
-    """Return a scene with the recorded robots on a bare field that covers all their motion."""
+    """Return a scene with the recorded robots on an empty field that is large enough for the motion of the robots."""
     robots = recorded_robots(recording)
     places = [recording.path(robot.pose_key)[:, :2] for robot in robots]
     farthest = [rows.max(axis=0) for rows in places if len(rows)]
@@ -104,7 +104,7 @@ def empty_scene(recording: Recording) -> Scene:
 
 
 def recorded_robots(recording: Recording) -> tuple[RobotLook, ...]:
-    """Return the robots of a recording in order of number; robot 0 is included even if it was not recorded."""
+    """Return the looks of the recorded robots in order of robot number; robot 0 is always included."""
     others = sorted(int(match[1]) for match in map(_OTHERS.match, recording.keys) if match)
     robots = []
     for prefix in ("Sim", *(f"Sim/Robots/{number}" for number in others)):

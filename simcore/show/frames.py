@@ -1,9 +1,10 @@
-"""Frames: rows of 16-bit numbers that the player draws, all at once for a recording or one by one for a live run.
+"""Frames: rows of 16-bit numbers that the player draws.
 
-A frame has four groups of columns, each with its own times:
+The page of a recording contains all frames. A live run sends single frames. A frame has four groups of columns, and
+each group has separate times:
 
 - `robots`: for each robot, position `x, y, z` [mm] and quaternion `w, x, y, z` [1/32767], estimated position `x, y`
-  [mm] and yaw [0.1 mrad], and 1 while the intake takes pieces in. An unknown position is `AWAY`.
+  [mm] and yaw [0.1 mrad], and 1 while the intake is active. An unknown position is `AWAY`.
 - `parts`: for each moving part of each robot, a pose in the robot frame; the quaternion of a missing part is zero.
 - `pieces`: for each piece, position `x, y, z` [mm] and state: 0 absent, 1 on the field, 2 in flight, 3 + k in robot k.
   Positions of pieces in a robot are in the robot frame. Kinds that are not balls also have a quaternion.
@@ -46,7 +47,7 @@ Rows = npt.NDArray[np.int16]
 
 AWAY = -32768
 IN_FLIGHT, HELD = 2, 3
-"""States of pieces: in flight; HELD + k for a piece held by robot k."""
+"""States of pieces: `IN_FLIGHT` for a piece in flight, `HELD + k` for a piece that robot k holds."""
 _UNIT = 32767.0
 _ROBOT, _PART = 11, 7
 _LINE = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
@@ -59,14 +60,14 @@ _PERIODS = (0.02, 0.04)  # [s]; least time between frames of robots, and between
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PieceKind:
-    """All pieces of one kind."""
+    """Kind of piece, with the ids of all pieces of this kind."""
 
     name: str
     ids: IntArray
-    """Ids of the pieces, in rising order, shape (n,)."""
+    """Ids of the pieces in ascending order, shape (n,)."""
     is_round: bool
     key: str = ""
-    """Telemetry key of the poses, in which `ids` are row numbers; empty for `Sim/GamePieces/<name>`."""
+    """Telemetry key of an array of poses, with `ids` as indices; empty for `Sim/GamePieces/<name>`."""
 
 
 def piece_kinds(recording: Recording, scene: Scene) -> list[PieceKind]:
@@ -84,7 +85,7 @@ def piece_kinds(recording: Recording, scene: Scene) -> list[PieceKind]:
 
 
 def hanging_kinds(scene: Scene, count: int) -> list[PieceKind]:
-    """Return a separate kind of piece for each of `count` hanging bodies."""
+    """Return one kind of piece, with a single piece, for each of `count` hanging bodies."""
     is_round = [look.size is None for look in [*scene.hanging, *[PLAIN_PIECE] * count][:count]]
     return [PieceKind(f"Hanging {k}", np.array([k]), flag, _HANGING) for k, flag in enumerate(is_round)]
 
@@ -103,7 +104,7 @@ class FrameLayout:
         scene: Scene with the robots.
         solids: Solids of each robot.
         kinds: Kinds of pieces.
-        lines: Telemetry keys of the camera lines, in the order of their columns.
+        lines: Telemetry keys. Keys of camera lines get columns, in this order; other keys are ignored.
     """
 
     def __init__(
@@ -125,7 +126,10 @@ class FrameLayout:
         self._before = np.zeros(self.widths["pieces"], dtype=np.int16)
 
     def frame(self, snapshot: Snapshot) -> dict[str, Rows]:
-        """Return the frame of a snapshot, one row of shape (width,) per group."""
+        """Return the frame of a snapshot: one row of shape (width,) for each group.
+
+        Absent pieces keep the positions of the previous frame.
+        """
         poses, intakes = (
             self._tables[field].row(getattr(snapshot, field))[: len(keys)] for field, keys in self._keys.items()
         )
@@ -137,10 +141,10 @@ class FrameLayout:
         }
 
     def frames(self, recording: Recording) -> dict[str, tuple[FloatArray, Rows]]:
-        """Return the frames of a recording for a page, thinned out if the recording is long.
+        """Return the frames of a recording for a page; a long recording has fewer frames per second.
 
         Returns:
-            Times [s], shape (n,), and frames, shape (n, width), of each group that has columns.
+            Times [s], shape (n,), and rows, shape (n, width), of each group that has columns.
         """
         times = recording.times
         at = _picked(times, _PERIODS[0], _MOST_ROBOTS)
@@ -206,7 +210,10 @@ class FrameLayout:
 
 
 def _picked(times: FloatArray, period: float, most: int) -> list[int]:
-    """Return the rows that become frames: at least a period [s] apart, about `most` of them, including the last row."""
+    """Return the indices of the times [s] to use for frames, including the last time.
+
+    The times are at least a period [s] apart. The number of times is at most about `most`.
+    """
     rows: list[int] = []
     for row, time in enumerate(times.tolist()):
         due = times[0] + max(period, (times[-1] - times[0]) / most) * len(rows) - 1e-6
@@ -216,11 +223,11 @@ def _picked(times: FloatArray, period: float, most: int) -> list[int]:
 
 
 def _robot_rows(poses: FloatArray, intakes: npt.NDArray[np.uint8]) -> Rows:
-    """Return frames of the group `robots`, shape (n, width).
+    """Return the rows of the group `robots`, shape (n, width).
 
     Args:
-        poses: True poses of all robots, then their estimated poses, NaN where unknown, shape (n, 2 * robots, 7).
-        intakes: 1 for each robot whose intake takes pieces in, shape (n, robots).
+        poses: True poses of all robots, then estimated poses of all robots, NaN if unknown, shape (n, 2 * robots, 7).
+        intakes: 1 for each robot with an active intake, otherwise 0, shape (n, robots).
     """
     count = intakes.shape[1]
     true, believed = poses[:, :count], poses[:, count:]
@@ -238,7 +245,7 @@ _NONE, _NONE_HELD = np.empty((0, 7)), np.empty(0, dtype=np.int64)
 
 
 def _put(mine: Rows, rows: IntArray, poses: FloatArray, state: int | IntArray) -> None:
-    """Write poses and states into the columns of pieces, skipping poses that are not finite or have no row."""
+    """Write poses and states to rows of pieces, except poses that are not finite or have no row."""
     rows, poses = rows[: len(poses)], poses[: len(rows)]
     is_there = (rows < len(mine)) & np.isfinite(poses).all(axis=1)
     rows, poses = rows[is_there], poses[is_there]
@@ -249,7 +256,7 @@ def _put(mine: Rows, rows: IntArray, poses: FloatArray, state: int | IntArray) -
 
 
 def _put_held(mine: Rows, kind: PieceKind, snapshot: Snapshot, stands: FloatArray) -> None:
-    """Write the pieces held by robots, each in the frame of the nearest robot; write nothing without a robot's pose.
+    """Write the poses of held pieces, each in the frame of the nearest robot; write nothing if no robot has a pose.
 
     Args:
         mine: Columns of the pieces of this kind.
@@ -277,7 +284,7 @@ def _short(values: FloatArray) -> Rows:
 
 
 def pack(rows: Rows) -> bytes:
-    """Pack 16-bit numbers into compressible bytes: differences along each column, low bytes first, then high bytes.
+    """Encode 16-bit numbers as bytes that compress well: differences along each column, all low bytes, all high bytes.
 
     >>> pack(np.array([[1, 256], [2, 256]], dtype=np.int16)).hex(" ")
     '01 01 00 00 00 00 01 00'

@@ -1,4 +1,4 @@
-"""Live view of a run: sends frames to web pages, paces the run and carries out the pages' commands."""
+"""Live view, which sends frames of a run to web pages, paces the run, and executes commands of the pages."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ __all__ = ["LiveView"]
 
 _FRAMES, _STATES = 60.0, 10.0  # [1/s]; largest rates by the wall clock
 _PREVIEW_TIME = 0.004  # [s]; largest wall time per tick for shot previews
-_PREVIEW_TICKS = 5  # a late run still spends some time on previews every this many ticks
+_PREVIEW_TICKS = 5  # [ticks]; interval at which also a late run computes previews
 _MARK = 0.15 * np.array([((-1, -1, 0), (1, 1, 0)), ((-1, 1, 0), (1, -1, 0)), ((0, 0, -1), (0, 0, 1))])
 
 
 class LiveView:
-    """Live view of one run after another on the same web page, with controls.
+    """Live view that shows successive runs on one web page with controls.
 
     Args:
         host: Address to listen on; `0.0.0.0` also allows other computers to connect.
@@ -83,7 +83,7 @@ class LiveView:
         return self._server.has_viewers
 
     def sink(self) -> TelemetrySink:
-        """Return a new telemetry sink for one run; the page stays open when the sink is closed."""
+        """Return a new telemetry sink for one run. Closing the sink does not close the pages."""
         return _ViewSink(self)
 
     def wait_for_viewer(self, *, should_stop: Callable[[], bool] = lambda: False) -> None:
@@ -92,7 +92,11 @@ class LiveView:
             time.sleep(0.05)
 
     def after_tick(self, match: Match, *, should_stop: Callable[[], bool] = lambda: False) -> None:
-        """Update shot previews, carry out the pages' commands, and wait until the next tick is due."""
+        """Update the shot previews, execute the pages' commands, and wait until the next tick is due.
+
+        The first call with a new match begins a new run on the pages. The method returns early if `should_stop` returns
+        True or a page requests a restart.
+        """
         if match is not self._match:
             self._begin(match)
         self._work_on_preview(match)
@@ -109,7 +113,7 @@ class LiveView:
 
     @property
     def wants_restart(self) -> bool:
-        """Whether the run should end because a restart was requested."""
+        """Whether the current run should end, because a page or `restart` has requested a new run."""
         return self._restart is not None
 
     def restart(self, seed: int) -> None:
@@ -137,9 +141,10 @@ class LiveView:
         return self._seed
 
     def show(self, snapshot: Snapshot, *, now: bool = False) -> None:
-        """Send a snapshot to all pages, and at most ten times a second the values for score boards and charts.
+        """Send a frame of a snapshot to all pages.
 
-        With `now`, these values are sent with any snapshot.
+        Also send the values for the score board and the charts, at most ten times per second of wall time, or always if
+        `now` is true.
         """
         if self._layout is None or self._scene is None:
             return
@@ -187,7 +192,7 @@ class LiveView:
         self._say({"type": "run", "meta": meta, "data": packed(block.data)}, keep=True)
 
     def _say(self, message: dict[str, Any], *, keep: bool = False) -> None:
-        """Send a message to all pages; with `keep`, also to pages that connect later."""
+        """Send a message to all pages, and if `keep` is true, also to pages that connect later."""
         text = json.dumps(message, separators=(",", ":"), allow_nan=False)
         if keep:
             self._greeting = [*self._greeting, text]
@@ -239,7 +244,11 @@ class LiveView:
     # --- commands of pages --------------------------------------------------------------------------------------
 
     def _take(self, page: int, message: dict[str, Any] | None) -> None:
-        """Receive a message in the server's thread: apply driving input at once, and queue commands for later."""
+        """Receive a message of a page in the server's thread.
+
+        Apply driving input at once, and queue commands for the thread of the run. A message of None ends driving by the
+        page.
+        """
         if message is None or "drive" in message:
             if self._driving is not None:
                 self._driving.take(page, None if message is None else message["drive"])
@@ -247,7 +256,7 @@ class LiveView:
             self._asked.put(message)
 
     def _act(self, match: Match | None) -> bool:
-        """Carry out the queued commands, ignoring invalid commands; return whether a command acted on the field."""
+        """Execute the queued commands, ignore invalid commands, and return whether a command changed the field."""
         has_acted = False
         while not self._asked.empty():
             message = self._asked.get()

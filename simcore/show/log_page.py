@@ -1,4 +1,4 @@
-"""Page of a run, made from its log."""
+"""Functions that make the page of a run from a log file."""
 
 from __future__ import annotations
 
@@ -31,12 +31,13 @@ _OURS = re.compile(r"^(Sim|Robot)/")
 def write_log_page(
     path: Path, *, page: Path | None = None, game: str | None = None, models: Path | None = None
 ) -> Path:
-    """Write the page of a log; print the game, and any part of the log that the page does not show.
+    """Write the page of a log, print the name of the game, and warn if the page does not show the whole log.
 
     Args:
         path: Path of the log.
         page: Path of the page; None for a page next to the log.
-        game: Game whose field is drawn; None for the game named in the log, or else the newest installed game.
+        game: Name of the game whose field the page shows; None for the game named in the log, or the newest installed
+            game if the log names no game.
         models: Folder with the user's own models; None for the game's models.
 
     Returns:
@@ -71,7 +72,7 @@ def write_log_page(
 def recording_of(log: TelemetryLog) -> Recording:
     """Return the `Sim/` and `Robot/` columns of a log, resampled at 50 Hz; other columns are left out.
 
-    If nothing was logged for over a minute, the recording contains only the part of the log with the most time stamps.
+    A gap of over a minute divides the log into parts. The recording contains only the part with the most time stamps.
 
     Raises:
         LogError: If the log has neither a simulated robot nor simulated pieces.
@@ -101,7 +102,7 @@ def recording_of(log: TelemetryLog) -> Recording:
 def _longest_part(log: TelemetryLog) -> tuple[float, float]:
     """Return the start and end [s] of the part with the most time stamps between gaps of over `_LONGEST_GAP`.
 
-    A message tells the user if other parts are left out.
+    Print a message if the log has other parts.
     """
     start, end = log.span
     times = np.unique(np.concatenate([column.times for column in log.columns.values()]))
@@ -119,11 +120,11 @@ def _longest_part(log: TelemetryLog) -> tuple[float, float]:
 
 
 def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
-    """Return the scene of a recording: the field of its game, with the recorded robots.
+    """Return the scene of a recording: the field of the game, with the recorded robots.
 
     Args:
         recording: Recording of the run.
-        game: Name of the game; None for the game named in the recording. The field of an unknown game is bare.
+        game: Name of the game; None for the game named in the recording. The field of an unknown game is empty.
     """
     known = known_game(game or recorded_game(recording))
     scene = empty_scene(recording) if known is None else bare_scene(known)
@@ -132,14 +133,14 @@ def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
 
 
 def game_of_log(log: TelemetryLog) -> str | None:
-    """Return the name of the game in a log, or None if the log names no game or the game is not installed."""
+    """Return the name of the game that a log names, or None if no game is named or the game is not installed."""
     column = log.columns.get("Sim/Match/Game")
     name = str(column.value(len(column) - 1)) if column is not None and len(column) else None
     return None if known_game(name) is None else name
 
 
 def recorded_game(recording: Recording) -> str | None:
-    """Return the name of the game in a recording, or None if the recording names no game."""
+    """Return the name of the game that a recording names, installed or not; None if no game is named."""
     if "Sim/Match/Game" not in recording.keys:
         return None
     return recording.strings("Sim/Match/Game")[1][-1]

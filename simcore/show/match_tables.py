@@ -1,4 +1,4 @@
-"""Tables of a match: the score sheet, and the cycles and time use of each robot."""
+"""Tables for the page of a run: the score sheet, and the shots, cycles and use of time of each robot."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ __all__ = [
 ]  # fmt: skip
 
 USES = ("shooting", "collecting", "driving", "standing", "disabled")
-"""Uses of a robot's time; if several apply, the first counts, except that `disabled` overrides all."""
+"""Categories for the time of a robot. If several categories apply, `disabled` counts, otherwise the first one."""
 
-_BURST = 3.0  # [s]; shots farther apart in time belong to different cycles
+_BURST = 3.0  # [s]; a longer pause between two shots ends a cycle
 _AIMING = 0.5  # [s]; time before and after a shot that counts as shooting
 _MOVING = 0.2  # [m/s]; a slower robot counts as standing
 
@@ -32,7 +32,7 @@ Cell: TypeAlias = "str | list[float | str]"
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Table on a page."""
+    """Table on the page of a run: title, column headers, rows, and layout options."""
 
     title: str
     head: list[str]
@@ -41,7 +41,7 @@ class Table:
     is_wide: bool = False
 
     def data(self) -> dict[str, object]:
-        """Return the table in the player's format."""
+        """Return the table as a dictionary for the player."""
         return {"title": self.title, "head": self.head, "rows": self.rows, "open": self.is_open, "wide": self.is_wide}
 
 
@@ -54,9 +54,9 @@ class RobotRow:
     shots: int
     hits: int
     cycles: tuple[tuple[float, int, int], ...]
-    """Time of the first shot [s], number of hits and number of shots of each cycle; a pause of 3 s ends a cycle."""
+    """Time of the first shot [s], number of hits, and number of shots for each cycle. A pause of 3 s ends a cycle."""
     seconds: dict[str, float]
-    """Time spent on each of `USES` [s]; the times add up to the whole run."""
+    """Time in each category of `USES` [s]; the sum is the duration of the run."""
 
 
 def robot_rows(track: RunTrack, shots: Sequence[ShotTrace]) -> list[RobotRow]:
@@ -91,14 +91,18 @@ def robot_rows(track: RunTrack, shots: Sequence[ShotTrace]) -> list[RobotRow]:
 
 
 def use_rows(robots: Sequence[RobotRow]) -> list[tuple[str, list[str]]]:
-    """Return table rows of the robots' cycles and time use: a name, and a value for each robot."""
+    """Return table rows about cycles and the use of time: a label, and one value for each robot."""
     rows = [("cycles", [str(len(robot.cycles)) for robot in robots])]
     rows += [("pieces a cycle", [f"{robot.shots / max(1, len(robot.cycles)):.1f}" for robot in robots])]
     return rows + [(use, [f"{robot.seconds[use]:.1f} s" for robot in robots]) for use in USES]
 
 
 def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
-    """Return the tables of a page: score sheet, robots and cycles for a match, or the shots of a single robot."""
+    """Return the tables of a page.
+
+    A page of several robots has tables of the robots and of the cycles, and in a match a score sheet. A page of one
+    robot has a table of the shots.
+    """
     scene = track.scene
     several = len(scene.robots) > 1
     tables = []
@@ -129,9 +133,9 @@ def tables_of(track: RunTrack, shots: Sequence[ShotTrace]) -> list[Table]:
 
 
 def score_sheet(recording: Recording) -> list[list[Cell]]:
-    """Return a row per scored item with the final values of blue and red, then a row of total scores.
+    """Return one row per scored item with the final values of blue and red, and a last row with the total scores.
 
-    Items that are zero for both alliances are left out; the sheet is empty without any other item.
+    Items that are zero for both alliances are left out. If no item is left, the result is empty.
     """
     rows: dict[str, list[Cell]] = {}
     for column, alliance in enumerate(("Blue", "Red"), 1):
@@ -145,7 +149,7 @@ def score_sheet(recording: Recording) -> list[list[Cell]]:
 
 
 def verdict(track: RunTrack) -> str:
-    """Return the winner and the score in words, or only the points if all robots are of one alliance."""
+    """Return the winner and the score as text, or only the points if all robots are in the same alliance."""
     blue, red = (int(_final(track.recording, alliance)) for alliance in ("Blue", "Red"))
     sides = {robot.alliance for robot in track.scene.robots}
     if len(sides) == 1:
@@ -158,7 +162,7 @@ def verdict(track: RunTrack) -> str:
 
 
 def _alliances(track: RunTrack) -> list[str]:
-    """Return each robot's alliance at the end of the run; an empty text if no alliance was recorded."""
+    """Return the alliance of each robot at the end of the run; an empty string if no alliance was recorded."""
     recording = track.recording
     keys = [f"{robot.prefix}/Robot/IsRed" for robot in track.scene.robots]
     return [("red" if recording.series(key)[1][-1] else "blue") if recording.has(key) else "" for key in keys]
@@ -188,7 +192,13 @@ def _near(times: FloatArray, shots: Sequence[float]) -> BoolArray:
 
 
 def _seconds(times: FloatArray, enabled: BoolArray, *uses: BoolArray) -> dict[str, float]:
-    """Divide the time of a run among `USES`; each moment counts for the first use that applies, `disabled` first."""
+    """Divide the time of a run among the categories of `USES`, and return the time in each category [s].
+
+    Args:
+        times: Times of the rows [s], shape (n,).
+        enabled: Whether the robot is enabled at each time, shape (n,).
+        uses: Whether each category applies at each time, in the order of `USES`, shape (n,) each.
+    """
     steps = np.diff(times, prepend=times[0] - TICK) if len(times) else np.zeros(0)
     left, found = enabled.copy(), dict.fromkeys(USES, 0.0)
     for name, is_so in zip(USES, uses, strict=False):

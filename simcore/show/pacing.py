@@ -1,4 +1,4 @@
-"""Pacing of simulated time by the wall clock, at any speed or paused."""
+"""Pacing of simulated time by the wall clock, at a chosen speed and with pauses."""
 
 from __future__ import annotations
 
@@ -50,14 +50,17 @@ class Pacer:
 
     @property
     def reached(self) -> float | None:
-        """Simulated seconds per second of wall time, measured over the last second [-]; None before a measurement."""
+        """Measured simulated seconds per second of wall time, over the last second [-]; None before a measurement."""
         if len(self._passed) < 2:
             return None
         (start, first), (end, last) = self._passed[0], self._passed[-1]
         return (last - first) / (end - start) if end > start + 0.2 * _MEASURED else None
 
     def spare(self, simulated: float) -> float:
-        """Return the wall time until a simulated time [s] is due [s]; 0 if the time has passed, 1 while paused."""
+        """Return the wall time [s] until a simulated time [s] is due.
+
+        The result is 0 if the time is past or the run has not been paced yet, and 1 s while the run is paused.
+        """
         if self.paused:
             return 1.0
         if self._anchor is None:
@@ -114,5 +117,5 @@ class FrameRate:
         return self._clock() >= self._next
 
     def take(self) -> None:
-        """Record that a frame has been drawn."""
+        """Record that a frame has been sent, and set the time of the next frame."""
         self._next = max(self._next + self._period, self._clock())

@@ -1,7 +1,7 @@
 """Page of a run: a single HTML file that replays the run in two and three dimensions in any browser.
 
-The page loads nothing from the network, which its content security policy also forbids. The page's script is in
-`simcore/show/player/`.
+The page loads nothing from the network; the content security policy of the page forbids network access. The source of
+the page's script is in `simcore/show/player/`.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ _MODULES = (
     "dom", "charts", "data", "key", "top", "solid", "timeline", "picture", "panels",
     "sound", "player", "live", "robot_model", "report", "main",
 )  # fmt: skip
-"""Modules of the player's script; each comes after the modules that it imports."""
+"""Modules of the player's script, in an order in which each module follows the modules that it imports."""
 _IMPORT = re.compile(r'^import (\{.*?\}) from "\./(\w+)\.js";$', re.MULTILINE)
 _EXPORT = re.compile(r"^export ((?:async )?(?:class|const|function) (\w+))", re.MULTILINE)
 
 
 def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: str = "run", subtitle: str = "") -> None:
-    """Write the page of a run, creating missing folders.
+    """Write the page of a run, and create missing folders.
 
     Args:
         path: Path of the file, usually with the suffix `.html`.
@@ -53,7 +53,14 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
 
 
 def page_html(title: str, meta: dict[str, Any] | None = None, data: bytes = b"") -> str:
-    """Return the HTML page of a run; without `meta`, the page receives a live run over a WebSocket."""
+    """Return the HTML page of a run.
+
+    Args:
+        title: Heading, and title of the browser tab.
+        meta: JSON object with the data of the run, from `run_data`; None for a page that receives a live run over a
+            WebSocket.
+        data: Binary block with the data of the run, from `run_data`.
+    """
     blocks = {}
     if meta is not None:
         text = json.dumps(meta, separators=(",", ":"), allow_nan=False).encode()
@@ -62,9 +69,10 @@ def page_html(title: str, meta: dict[str, Any] | None = None, data: bytes = b"")
 
 
 def page_frame(title: str, body: str, blocks: Mapping[str, bytes]) -> str:
-    """Return a page around a body, with the player's script.
+    """Return an HTML page with a heading, a body and the player's script.
 
-    A page without blocks may connect to the server that sent the page; other pages may make no connections.
+    The content security policy lets a page without blocks connect to the server that sent the page. Other pages cannot
+    connect to any server.
 
     Args:
         title: Heading, and title of the browser tab.
@@ -81,7 +89,7 @@ def page_frame(title: str, body: str, blocks: Mapping[str, bytes]) -> str:
 
 
 def packed(content: bytes) -> str:
-    """Compress bytes reproducibly to text that the player's `inflate` reads."""
+    """Compress bytes reproducibly with gzip, and encode the result in base64 for the player's `inflate`."""
     return base64.b64encode(gzip.compress(content, 7, mtime=0)).decode("ascii")
 
 
@@ -92,14 +100,14 @@ def page_style() -> str:
 
 @functools.cache
 def _script() -> str:
-    """Return Three.js and the player's modules as one compressed script in its own scope."""
+    """Return Three.js and the player's modules as one compressed script in a separate scope."""
     three = _PLAYER.joinpath("vendor", "three.min.js").read_text(encoding="utf-8")
     own = "".join(_bundled(name, _PLAYER.joinpath(f"{name}.js").read_text(encoding="utf-8")) for name in _MODULES)
     return packed(f"{three}\n(() => {{\n'use strict';\n{own}}})();\n".encode())
 
 
 def _bundled(name: str, text: str) -> str:
-    r"""Wrap a module in a function that returns its exports, because a page must not import files.
+    r"""Wrap a JavaScript module in a function that returns the module's exports, because a page must not import files.
 
     >>> print(_bundled("top", 'import { b } from "./data.js";\nexport const a = b;\n'))
     const top_ = (() => {

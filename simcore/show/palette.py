@@ -1,4 +1,4 @@
-"""Colors of all pages by name, for light and dark mode; pages use them as CSS variables."""
+"""Named colors for all pages, in light and in dark mode, as CSS variables."""
 
 from __future__ import annotations
 
@@ -36,8 +36,11 @@ COLORS: dict[str, tuple[str, str]] = {
     "neutral": ("#666e78", "#a0a7b1"),
     "neutral-fill": ("#b4b9c0", "#474e58"),
 }
-"""Color of each name in light and in dark mode. `tests/show/test_palette.py` checks contrast (WCAG 2.2: text 4.5 : 1,
-graphics 3 : 1), and that color-blind readers can tell hits from misses and blue from red."""
+"""Colors `#rrggbb` in light mode and in dark mode, by name.
+
+`tests/show/test_palette.py` checks the contrast (WCAG 2.2: text 4.5 : 1, graphics 3 : 1). The test also checks that
+color-blind readers can distinguish hits from misses, and blue from red.
+"""
 
 
 def color(name: str) -> str:
@@ -51,7 +54,7 @@ def color(name: str) -> str:
 
 
 def css_variables() -> str:
-    """Return CSS that defines all colors: light or dark by the reader's system setting, light in print."""
+    """Return CSS that defines all colors as variables, light or dark by the system setting, and light in print."""
     light, dark = ("".join(f"--{name}:{pair[k]};" for name, pair in COLORS.items()) for k in (0, 1))
     return (
         f":root{{color-scheme:light dark;{light}}}\n"
@@ -61,7 +64,7 @@ def css_variables() -> str:
 
 
 def tint(name: str) -> tuple[str, str]:
-    """Return the fill and edge colors of the alliance that a name begins with, or neutral colors.
+    """Return the CSS fill and edge colors of the alliance at the beginning of a name, or neutral colors.
 
     >>> tint("blue_tower")
     ('var(--blue-fill)', 'var(--blue)')
@@ -80,7 +83,7 @@ def rgb(hexadecimal: str) -> tuple[int, int, int]:
 
 
 def shade(hexadecimal: str, part: float) -> str:
-    """Multiply red, green and blue of a color `#rrggbb` by a factor.
+    """Multiply the red, green and blue of a color `#rrggbb` by a factor `part`, and return the new color.
 
     >>> shade("#804020", 0.5)
     '#402010'

@@ -1,4 +1,4 @@
-"""`simcore play [GAME]`: play an auto or a whole match, and report the result."""
+"""Command `simcore play [GAME]`, which plays an auto or a whole match and reports the result."""
 
 from __future__ import annotations
 
@@ -37,20 +37,20 @@ __all__ = ["InterruptFlag", "add_arguments", "add_further_arguments", "run"]
 
 _SEED = number_flag(Quantity("", 0, 2**32 - 1, is_whole=True))
 _DRIVE = "drive"
-"""Name of the auto in which the robot stands still until a person drives from the page."""
+"""Name of the auto without scripted motion, for a person who drives the robot from the page."""
 _FREE = 3600.0  # [s]; longest time that a person may drive
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options that are common to all games."""
+    """Add the arguments and options of `simcore play` that are common to all games."""
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--auto", metavar="NAME", help="which auto (see --list; default: the game's first), or 'drive'")
     parser.add_argument("--list", action="store_true", help="list games with their autos and players' roles, and stop")
     parser.add_argument("--match", action="store_true", help="a whole match of scripted players, with --red and --blue")
     players = f"up to three ROLE[:LEVEL] separated by commas, levels 1 to {len(SKILLS)}; 'me' plays --auto"
     parser.add_argument("--red", metavar="PLAYERS", default="", help=f"the red alliance: {players}")
-    parser.add_argument("--blue", metavar="PLAYERS", default="", help="the blue alliance, likewise")
+    parser.add_argument("--blue", metavar="PLAYERS", default="", help="the blue alliance, in the form of --red")
     parser.add_argument(
         "--alliance", choices=("blue", "red"), default="blue", help="alliance of the robot (default: blue)"
     )
@@ -80,7 +80,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_further_arguments(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
-    """Add a flag for each option of the played game, if the command line has unknown words or asks for a game's help.
+    """Add a flag for each option of the game.
+
+    The function loads the game only if the command line has unknown words, or names a game and requests help.
 
     Args:
         parser: Parser of the command.
@@ -103,10 +105,13 @@ def add_further_arguments(parser: argparse.ArgumentParser, words: Sequence[str])
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the command and return the exit status: 0 for success, 2 if printing fails, 130 if interrupted.
+    """Play an auto or a match and report the result, or list the games with `--list`.
+
+    Returns:
+        Exit status: 0 for success, 2 if printing fails, 130 after Ctrl-C.
 
     Raises:
-        SimcoreError: If the command cannot be carried out.
+        SimcoreError: If the options are invalid or the run cannot be played.
     """
     try:
         status = _list(options.game) if options.list else _play(options)
@@ -166,14 +171,14 @@ def _play(options: argparse.Namespace) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Plan:
-    """Auto or match to play, with its duration."""
+    """Auto or match to play: name, simulated duration [s], function that plays a run, and input of drivers."""
 
     game: Game
     name: str
     seconds: float
     play: Callable[..., AutoRun]
     driving: ViewDriving | None
-    """Input of the drivers at the pages; None if there is no page or no robot that a person can drive."""
+    """Input of the drivers at the pages; None without `--view`, or if a person cannot drive the robots of the game."""
 
 
 def _plan(options: argparse.Namespace, game: Game) -> _Plan:
@@ -232,7 +237,10 @@ def _is_free(options: argparse.Namespace, game: Game) -> bool:
 
 
 def _freely(match: PlayedMatch, alliance: Alliance) -> Controller:
-    """Enable the robots for the whole run, in teleop if the match has it; return a controller that does nothing."""
+    """Enable the robots for the whole run, in teleop mode if the match has a teleop phase.
+
+    Return a controller that does nothing.
+    """
     match.timer.follow_driver_station()
     if any(phase.mode == "teleop" for phase in match.timer.clock.phases):
         match.timer.start("teleop")
@@ -275,7 +283,7 @@ def _run(
     watch: Watch,
     interrupted: Callable[[], bool],
 ) -> AutoRun:
-    """Play one run with a progress bar on stderr, so that stdout contains only the report."""
+    """Play one run with a progress bar on stderr, because stdout contains only the report."""
     progress = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -308,7 +316,7 @@ def _run(
 
 
 class InterruptFlag:
-    """Flag set by Ctrl-C, so that the run ends between two ticks; a second Ctrl-C ends the program at once."""
+    """Flag that Ctrl-C sets, so a run can end between two ticks; a second Ctrl-C ends the program at once."""
 
     def __init__(self) -> None:
         self._is_set = False

@@ -1,7 +1,7 @@
-"""Reports: single HTML files with blocks of text, tables and charts.
+"""Reports: self-contained HTML files with blocks of text, tables and charts.
 
-A block is a JSON object, made and checked by the functions of this module; `simcore/show/player/report.js` shows the
-blocks in order. Numbers that are not finite become null, shown as an empty cell or a gap in a curve.
+A block is a JSON object. The functions of this module make and check blocks, and `simcore/show/player/report.js` shows
+the blocks in order. Numbers that are not finite become null and are shown as an empty cell or a gap in a curve.
 """
 
 from __future__ import annotations
@@ -40,17 +40,19 @@ def report_page(title: str, blocks: Sequence[Mapping[str, object]], *, subtitle:
 
 
 def headline(text: str, detail: str = "") -> dict[str, object]:
-    """Make a line in large type, with details in small type below."""
+    """Return a block with a line in large type and details in small type below."""
     return {"kind": "headline", "text": text, "detail": detail}
 
 
 def paragraph(text: str) -> dict[str, object]:
-    """Make a paragraph; line breaks are kept."""
+    """Return a block with a paragraph of text; line breaks are kept."""
     return {"kind": "paragraph", "text": text}
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[object]], caption: str = "") -> dict[str, object]:
-    """Make a table of texts, numbers and None (an empty cell); columns of numbers are aligned to the right.
+    """Return a block with a table of texts and numbers; None is an empty cell.
+
+    The page aligns columns of numbers to the right.
 
     Raises:
         ConfigError: If the length of a row differs from the number of columns.
@@ -64,11 +66,11 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[object]], caption: str
 def series(
     name: str, x: _Values, y: _Values, *, low: _Values | None = None, high: _Values | None = None, kind: str = "line"
 ) -> dict[str, object]:  # fmt: skip
-    """Make one series of a chart.
+    """Return one series for `chart`.
 
     Args:
         name: Name in the legend; may be empty for the only series.
-        x: x values in rising order, shape (n,).
+        x: x values in ascending order, shape (n,).
         y: y values, shape (n,); None and NaN are gaps.
         low: Lower ends of a band (for lines) or of whiskers (for dots and bars), shape (n,).
         high: Upper ends of the band or the whiskers, shape (n,).
@@ -92,7 +94,7 @@ def chart(
     title: str, curves: Sequence[Mapping[str, object]], *, x_label: str = "", y_label: str = "",
     marks: Sequence[tuple[float, str]] = (), x_names: Sequence[str] | None = None, from_zero: bool = False,
 ) -> dict[str, object]:  # fmt: skip
-    """Make a chart of several `series`.
+    """Return a block with a chart of one or more `series`.
 
     Args:
         title: Title above the chart.
@@ -111,18 +113,18 @@ def chart(
 
 
 def share(value: float, low: float, high: float, text: str) -> dict[str, object]:
-    """Make a bar for a fraction from 0 to 1 with the interval from `low` to `high`, and a text below."""
+    """Return a block with a bar for `value` (0 to 1), a confidence interval from `low` to `high`, and a text below."""
     return {"kind": "share", "value": value, "low": low, "high": high, "text": text}
 
 
 def robot_model(title: str, bumpers: tuple[float, float], solids: Sequence[tuple[str, Solid]]) -> dict[str, object]:
-    """Make a three-dimensional drawing of a robot, labeled with its dimensions.
+    """Return a block with a three-dimensional drawing of a robot, labeled with the dimensions of the robot.
 
     Args:
         title: Title above the drawing.
         bumpers: Length and width over the bumpers [m].
-        solids: Names and solids in the robot frame; solids without a name belong to the robot itself, whose height is
-            shown.
+        solids: Names and solids in the robot frame. Solids without a name are the body of the robot and determine the
+            height in the drawing.
     """
     shapes = [
         {

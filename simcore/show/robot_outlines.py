@@ -1,4 +1,4 @@
-"""Positions of deployed intakes and their zones, for drawings of robots."""
+"""Outlines of the zones of deployed intakes, for drawings of robots."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Posed", "deployed", "intake_outlines", "zone_corners"]
 
 
 class Posed:
-    """Mechanism at a fixed position, for drawings."""
+    """Stand-in for a mechanism at a fixed position, for drawings."""
 
     velocity = 0.0
 
@@ -30,7 +30,7 @@ class Posed:
 
 
 def deployed(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim | Posed]) -> dict[str, Posed]:
-    """Return the deployed position of an intake's mechanism by name; empty if the intake is always deployed."""
+    """Return the mechanism that deploys an intake, at the deployed position, by name; empty without this mechanism."""
     if intake.deploy is None:
         return {}
     stops = mechanisms[intake.deploy].stops
@@ -38,12 +38,12 @@ def deployed(intake: IntakeConfig, mechanisms: Mapping[str, ShaftSim | Posed]) -
 
 
 def zone_corners(zone: IntakeZone) -> FloatArray:
-    """Return the corners of a zone in the frame of its carrier [m], shape (8, 3)."""
+    """Return the corners of a zone in the frame of the part that carries the zone [m], shape (8, 3)."""
     return box_corners((zone.x_min, zone.y_min, zone.z_min), (zone.x_max, zone.y_max, zone.z_max))
 
 
 def intake_outlines(config: RobotConfig) -> list[FloatArray]:
-    """Return the outline of each deployed intake's zone seen from above, robot frame [m], shape (n, 2)."""
+    """Return the outline of the zone of each deployed intake, seen from above, robot frame [m], shape (n, 2) each."""
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     zones = []
     for intake in config.intakes:

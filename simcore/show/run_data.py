@@ -1,4 +1,4 @@
-"""Data of a run for its page: one JSON object, and one binary block of 16-bit integers for long arrays."""
+"""Data of a run for the player: one JSON object, and one binary block of 16-bit integers for long arrays."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ __all__ = ["Block", "layout_of", "report_data", "run_data", "scene_data"]
 
 _log = logging.getLogger(__name__)
 _FIELD_STEP, _ROBOT_STEP = 1e-3, 2.5e-4  # [m]; smallest resolution of vertices
-_FINE, _COARSE = 400, 150  # parts of a curve in runs with one robot and with several robots
+_FINE, _COARSE = 400, 150  # numbers of parts for `thinned`, in runs with one robot and with several robots
 _CHASSIS = (0.05, 0.17)  # [m]; lower and upper edge of the bumpers of an unknown robot
 _PAINT = {"blue": "#1e54b7", "red": "#c42828"}
 _FRAMES = ("", "#2f3640", "#d9a441", "#5aa69a")  # frame colors of an alliance's robots; empty for the model's own color
@@ -58,7 +58,7 @@ class Block:
         self._size = 0
 
     def add(self, rows: Rows) -> list[int]:
-        """Append an array of shape (n, m); return the array's offset in the block [bytes], n and m."""
+        """Append an array of shape (n, m), and return the offset of the array in the block [bytes], n, and m."""
         packed, place = pack(rows), [self._size, *rows.shape]
         self._parts.append(packed)
         self._size += len(packed)
@@ -104,12 +104,12 @@ def run_data(
 def layout_of(
     scene: Scene, kinds: Sequence[PieceKind], source: Recording | Snapshot
 ) -> tuple[FrameLayout, list[RobotSolids]]:
-    """Return the layout of a run's frames and the solids of its robots.
+    """Return the layout of the frames of a run, and the solids of each robot.
 
     Args:
         scene: Scene of the run.
         kinds: Kinds of pieces in the run.
-        source: Recording or snapshot of the run, from which the published keys are read.
+        source: Recording or snapshot of the run; the telemetry keys determine the moving parts and the camera lines.
     """
     solids = []
     for robot in scene.robots:
@@ -124,7 +124,10 @@ def layout_of(
 
 
 def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotSolids], block: Block) -> dict[str, Any]:
-    """Return the static data of a drawing: field, robots and kinds of pieces."""
+    """Return the JSON data of everything that does not change during a run: field, robot models and kinds of pieces.
+
+    The function appends the meshes to `block`.
+    """
     length, width = scene.field_size
     field = _models(scene.models).field
     tags = tag_layout(scene.tags, scene.field_size)
@@ -163,7 +166,10 @@ def scene_data(scene: Scene, kinds: Sequence[PieceKind], solids: Sequence[RobotS
 def report_data(
     recording: Recording, scene: Scene, block: Block, kinds: Sequence[PieceKind], title: str, subtitle: str = ""
 ) -> dict[str, Any]:
-    """Return the report of a run: title, notes, facts, events, tables, charts, shots and scoring places."""
+    """Return the JSON data of the report of a run: title, notes, facts, events, tables, charts, shots and levels.
+
+    The function appends the values of the charts to `block`.
+    """
     track = RunTrack(recording, scene)
     shots = shots_of(recording, scene)
     start, end = track.span
@@ -194,7 +200,10 @@ def report_data(
 
 @functools.lru_cache(maxsize=8)
 def _models(folder: Path | None) -> ViewModels:
-    """Load the models of a folder; if they cannot be read, return no models, so that the page draws simple shapes."""
+    """Load the models of a folder, or return empty `ViewModels` without a folder.
+
+    If a model is invalid, log a warning and return empty `ViewModels`.
+    """
     try:
         return ViewModels() if folder is None else load_models(folder)
     except ModelError as error:
@@ -203,7 +212,10 @@ def _models(folder: Path | None) -> ViewModels:
 
 
 def _solids(model: Model | None, names: Iterable[str] = ()) -> Sequence[Solid]:
-    """Return the solids of a model; empty if there is no model or the model cannot be read."""
+    """Return the solids of a model, or no solids without a model.
+
+    If the model cannot be read, log a warning and return no solids.
+    """
     try:
         return () if model is None else model_solids(model, tuple(names))
     except ModelError as error:
@@ -261,7 +273,10 @@ def _robot_data(scene: Scene, number: int, one: RobotSolids, model: int) -> dict
 
 
 def _path_ink(scene: Scene, robot: RobotLook) -> str:
-    """Return the color of a robot's path: its own color, or the default for a single robot, or the alliance's color."""
+    """Return the CSS color of a robot's path.
+
+    The color is that of the robot's look, otherwise the path color for a single robot or the color of the alliance.
+    """
     if robot.ink:
         return color(robot.ink)
     return color("path") if len(scene.robots) == 1 else tint(robot.alliance)[1]
@@ -284,7 +299,10 @@ def _kind_data(kind: PieceKind, look: PieceLook, field: FieldModels | None, bloc
 
 
 def _stations(field: FieldModels | None, size: tuple[float, float]) -> Sequence[tuple[float, float]]:
-    """Return the positions of the driver stations, blue 1 to 3, then red 1 to 3, field frame [m]."""
+    """Return the positions of the driver stations, blue 1 to 3, then red 1 to 3, field frame [m].
+
+    If the field model has no stations, the positions are 1.75 m apart at the alliance walls.
+    """
     if field is not None and field.stations:
         return field.stations
     offsets = (1.75, 0.0, -1.75)
@@ -301,7 +319,7 @@ def _tag_poses(tags: Any) -> Iterable[FloatArray]:
 
 
 def _facts(track: RunTrack, shots: Sequence[ShotTrace]) -> list[list[str]]:
-    """Return the totals of a run as pairs of label and text."""
+    """Return the main results of a run as pairs of label and text, e.g. score, hits and lowest battery voltage."""
     recording, scene = track.recording, track.scene
 
     def last(key: str) -> float | None:
@@ -336,14 +354,14 @@ def _facts(track: RunTrack, shots: Sequence[ShotTrace]) -> list[list[str]]:
             facts.append([f"shots hit{whose}", f"{len([shot for shot in mine if shot.scored])} of {len(mine)}"])
         facts += [] if driven is None else [[f"driven{whose}", f"{driven:.1f} m"]]
         facts += [] if volts is None else [[f"lowest battery voltage{whose}", f"{volts:.2f} V"]]
-        facts += [[f"brown-outs{whose}", f"{offs:.0f}"]] if offs else []
+        facts += [[f"brownouts{whose}", f"{offs:.0f}"]] if offs else []
     if len(recording):
         facts.append(["simulated", f"{track.span[1]:.2f} s"])
     return facts
 
 
 def _level_data(level: LevelLook, recording: Recording) -> dict[str, Any]:
-    """Return the data of a level of scoring places: labels, names, number of places and position."""
+    """Return the JSON data of a level: names of the level and the places, number of places, and center."""
     return {
         "name": level.name, "alliance": level.alliance, "label": level.label, "places": level.places,
         "count": len(recording.integers_at(level.key, recording.times[0])), "single": level.is_single,
@@ -352,13 +370,13 @@ def _level_data(level: LevelLook, recording: Recording) -> dict[str, Any]:
 
 
 def _taken(recording: Recording) -> list[list[float]]:
-    """Return the time and position at which each piece was taken in [s, m, m]."""
+    """Return the time [s] and the position (x, y) [m] of each pickup of a piece by an intake."""
     events = recording.events("Sim/NewestTakenIn")
     return [[round(time, 2), round(1e-3 * x, 3), round(1e-3 * y, 3)] for time, (_, x, y) in events]
 
 
 def _row_of(kinds: Sequence[PieceKind], piece: int) -> int:
-    """Return the row of a piece among all kinds by its id; 0 for an unknown piece."""
+    """Return the index of the piece with the id `piece` among the pieces of all kinds; 0 for an unknown piece."""
     first = 0
     for kind in kinds:
         row = int(np.searchsorted(kind.ids, piece))
@@ -377,7 +395,10 @@ def _chart_data(chart: Chart, start: float, buckets: int, block: Block) -> dict[
 
 
 def _curve_data(curve: Curve, start: float, buckets: int, block: Block) -> dict[str, Any]:
-    """Return the data of a curve, with values as 16-bit integers that `low` and `scale` convert back."""
+    """Return the JSON data of a thinned curve, and append the times and values to `block` as 16-bit integers.
+
+    A stored number n represents the value `low + scale * (n + 32000)`. A curve without finite values has no data.
+    """
     look: Mapping[str, Any] = {
         "label": curve.label, "color": curve.color, "stepped": curve.is_stepped, "key": curve.key,
     }  # fmt: skip
@@ -394,7 +415,10 @@ def _curve_data(curve: Curve, start: float, buckets: int, block: Block) -> dict[
 
 
 def _steps(times: FloatArray, start: float | None = None) -> Rows:
-    """Convert times [s] to increments [ms], shape (n, 1); the first is relative to `start`, or 0 if `start` is None."""
+    """Convert times [s] to increments [ms], shape (n, 1).
+
+    The first increment is the time since `start` [s], or 0 if `start` is None.
+    """
     milliseconds = np.rint(1e3 * times)
     first = milliseconds[:1] if start is None else [round(1e3 * start)]
     steps = np.diff(milliseconds, prepend=first)

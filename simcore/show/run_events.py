@@ -1,4 +1,4 @@
-"""Events and score board of a run, read from its telemetry."""
+"""Events and score board of a run, computed from the telemetry."""
 
 from __future__ import annotations
 
@@ -25,37 +25,41 @@ __all__ = [
 ]  # fmt: skip
 
 EventKind = Literal[
-    "mode", "put", "hit", "miss", "pass", "flying", "score", "slip", "bump", "brown-out", "foul", "placed"
+    "mode", "put", "hit", "miss", "pass", "flying", "score", "slip", "bump", "brownout", "foul", "placed"
 ]
 
 _Value = TypeVar("_Value")
 
 _SLIP = 0.5  # [m/s]; sliding speed of a tire from which a slip is reported
 _BUMP = 0.6  # [m/s] in a tick, i.e. 30 m/s^2: twice the acceleration that tires allow
-_MOST_LIGHTS = 24  # squares of a displayed LED strip
+_MOST_LIGHTS = 24  # largest number of squares for an LED strip
 _TOLD = frozenset(f"Sim/Match/{name}" for name in ("Time", "TimeLeft", "Period", "Enabled", "Game", "LastFoul"))
 _LIGHTS = re.compile(r"^Sim/(?:Robots/\d+/)?Lights/([^/]+)/Colors$")
 _LAMP = re.compile(r"^Sim/Match/((?:Blue|Red)\w+)(Active|Light)$")
 _OBJECT = re.compile(r"<(?:\w+\.)*(\w+) object at 0x[0-9a-f]+>")
 _WANTED = re.compile(r"assert ([^<>=!]+) (>=|<=|==|>|<) ([^<>=!]+)")
 _SIGNS = {">=": "at least", "<=": "at most", "==": "exactly", ">": "more than", "<": "less than"}
-_TOGETHER = 0.5  # [s]; repetitions within this time are one event
+_TOGETHER = 0.5  # [s]; repetitions within this time count as one event
 BROWNOUT = 6.75
-"""Battery voltage below which a roboRIO 2 turns outputs off, for logs without `BrownedOut` [V]."""
+"""Brownout voltage of a roboRIO 2 [V], for logs without `BrownedOut`."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunEvent:
-    """Event of a run."""
+    """Event of a run for the event list and the time line of a page."""
 
     time: float
-    """Time of the event [s]."""
+    """Simulated time of the event [s]."""
     kind: EventKind
     text: str
 
 
 def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) -> list[RunEvent]:
-    """Return changes of mode, shots, scores, fouls, placements, slips, bumps and brown-outs in order of time."""
+    """Return the events of a run in order of time.
+
+    Events are mode changes, shots, scores, placed pieces, fouls, placements of robots, sliding tires, bumps and
+    brownouts.
+    """
     events = [RunEvent(time, "mode", text) for time, text in zip(*_modes(recording), strict=True)]
     for shot in shots:
         whose = f"{scene.label(shot.robot)}: " if len(scene.robots) > 1 else ""
@@ -80,7 +84,10 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
 
 
 def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
-    """Return label and text of each line of the score board; the text of an LED strip is `led:ff0000,...`."""
+    """Return the label and the text of each line of the score board for a snapshot.
+
+    The text of an LED strip is `led:` and the colors of the LEDs, e.g. `led:ff0000,00ff00`.
+    """
     items = []
     match, scores = snapshot.strings, snapshot.integers
     if "Sim/Match/Period" in match or "Sim/Match/Enabled" in snapshot.booleans:
@@ -113,7 +120,7 @@ def board_now(snapshot: Snapshot, scene: Scene) -> list[tuple[str, str]]:
 
 
 def changing_rows(recording: Recording, scene: Scene) -> IntArray:
-    """Return the row numbers of snapshots in which `board_now`, `lamps_now` or `counts_now` may change."""
+    """Return the indices of the rows at which the results of `board_now`, `lamps_now` or `counts_now` may change."""
     levels = {level.key for level in scene.levels}
     shown = {key for _, key in score_keys(scene)} | {"Sim/Shots", "Sim/Hits"}
     shown |= {f"{robot.prefix}/Intake/HeldCount" for robot in scene.robots}
@@ -129,14 +136,14 @@ def changing_rows(recording: Recording, scene: Scene) -> IntArray:
 
 
 class ChangeRecord:
-    """Record of the changes of values during a run; None marks the end of a value."""
+    """Record of the changes of named values during a run, with None for a value that is no longer present."""
 
     def __init__(self) -> None:
         self.found: dict[str, dict[str, list[Any]]] = {}
-        """Lists `times` [s] and `values` of the changes, by name of the value."""
+        """Lists `times` [s] and `values` of the changes, by the name of the value."""
 
     def take(self, time: float, items: Iterable[tuple[str, object]]) -> None:
-        """Record the changes among all current values at a time [s]."""
+        """Compare all current values (name and value) with the last values, and record the changes at a time [s]."""
         for name, value in (dict.fromkeys(self.found) | dict(items)).items():
             changes = self.found.setdefault(name, {"times": [], "values": []})
             if not changes["values"] or changes["values"][-1] != value:
@@ -145,7 +152,7 @@ class ChangeRecord:
 
 
 def counts_now(snapshot: Snapshot, scene: Scene) -> dict[str, int]:
-    """Return the number of pieces in each place (`<level>/<number>`) and on each level (`<level>`)."""
+    """Return the number of pieces in each scoring place (key `<level>/<number>`) and on each level (key `<level>`)."""
     found: dict[str, int] = {}
     for level in scene.levels:
         counts = snapshot.integer_arrays.get(level.key, ())
@@ -155,14 +162,14 @@ def counts_now(snapshot: Snapshot, scene: Scene) -> dict[str, int]:
 
 
 def score_keys(scene: Scene) -> list[tuple[str, str]]:
-    """Return the label and key of each score: one per alliance, or one per robot on a page of two runs."""
+    """Return the label and the telemetry key of each score: one per alliance, or per robot on a page of two runs."""
     names = [robot.name for robot in scene.robots if robot.score_key]
     keys = [robot.score_key for robot in scene.robots if robot.score_key]
     return list(zip(names, keys, strict=True)) or [("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")]
 
 
 def lamps_now(snapshot: Snapshot) -> dict[str, str]:
-    """Return the states of lit field elements, by the beginning of the element's name in the field model.
+    """Return the states of lit field elements by name prefix of the element in the field model.
 
     `Sim/Match/BlueGoalActive` gives `on` or `off` for `blue_goal...`. `Sim/Match/BlueGoalLight` gives the state in the
     game's words; pages also show `pulsing` and `purple`.
@@ -176,7 +183,7 @@ def lamps_now(snapshot: Snapshot) -> dict[str, str]:
 def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
     """Return the time [s], text and time left [s] at each change of the match period or of the enabled state.
 
-    The text is that of `_modes`; the list is empty without a match clock.
+    The texts are the states of `_modes`. The list is empty if the recording has no match clock.
     """
     if not recording.has("Sim/Match/TimeLeft"):
         return []
@@ -186,13 +193,13 @@ def phases_of(recording: Recording) -> list[tuple[float, str, float]]:
 
 
 def ending_of(recording: Recording) -> list[str]:
-    """Return the failure of a run's test and the warnings during the run, if there are any."""
+    """Return the recorded failure of a run's test and the recorded warnings; empty if neither was recorded."""
     texts = [recording.strings(key)[1][-1] for key in ("Sim/Failure", "Sim/Warnings") if recording.has(key)]
     return [_OBJECT.sub(r"\1", text) for text in texts]
 
 
 def failure_of(recording: Recording) -> str:
-    """Return one sentence with the failure of a run's test and the end time of the run; empty if no test failed."""
+    """Return a sentence with the failure of a run's test and the end time of the run [s]; empty if no test failed."""
     if not recording.has("Sim/Failure"):
         return ""
     said = recording.strings("Sim/Failure")[1][-1].partition("\n")[0].removeprefix("AssertionError: ")
@@ -206,7 +213,10 @@ def failure_of(recording: Recording) -> str:
 
 
 def _told(scene: Scene, counts: Sequence[int | None]) -> list[str]:
-    """Return the known counts of all robots as texts, with labels if there are several robots."""
+    """Return the count of each robot as text, with the label of the robot if the scene has several robots.
+
+    Robots with a count of None are left out.
+    """
     known = [(number, count) for number, count in enumerate(counts) if count is not None]
     return [str(count) if len(counts) == 1 else f"{scene.label(number)} {count}" for number, count in known]
 
@@ -241,13 +251,13 @@ def _shown_values(recording: Recording, key: str) -> tuple[FloatArray, Sequence[
 
 
 def _changes(times: FloatArray | list[float], values: Sequence[_Value]) -> tuple[list[float], list[_Value]]:
-    """Return the first time and value of each run of equal values."""
+    """Return the time and the value at the start of each sequence of equal values."""
     rows = [row for row, value in enumerate(values) if not row or value != values[row - 1]]
     return [float(times[row]) for row in rows], [values[row] for row in rows]
 
 
 def _rises(recording: Recording, key: str) -> list[tuple[float, float]]:
-    """Return the times [s] and sizes of changes of a count; changes less than 0.5 s apart are merged."""
+    """Return the time [s] and the amount of each change of a count; changes less than 0.5 s apart are merged."""
     if not recording.has(key):
         return []
     times, counts = recording.series(key)
@@ -289,7 +299,7 @@ def _troubles(recording: Recording, prefix: str) -> list[tuple[float, EventKind,
     if recording.has(f"{prefix}/Debug/BrownedOut"):
         times, flags = recording.series(f"{prefix}/Debug/BrownedOut")
         low = flags > 0.5
-        if recording.has(f"{prefix}/Debug/Brownouts"):  # also brown-outs between two rows
+        if recording.has(f"{prefix}/Debug/Brownouts"):  # also brownouts between two rows
             low |= np.diff(recording.series(f"{prefix}/Debug/Brownouts")[1], prepend=0.0) > 0.0
     elif recording.has(f"{prefix}/Debug/BatteryVoltage"):
         times, volts = recording.series(f"{prefix}/Debug/BatteryVoltage")
@@ -297,12 +307,12 @@ def _troubles(recording: Recording, prefix: str) -> list[tuple[float, EventKind,
     else:
         return found
     for start, end in _stretches(times, low):
-        found.append((start, "brown-out", f"brown-out, {end - start + TICK:.2f} s"))
+        found.append((start, "brownout", f"brownout, {end - start + TICK:.2f} s"))
     return found
 
 
 def _stretches(times: FloatArray, is_so: BoolArray) -> list[tuple[float, float]]:
-    """Return the first and last time [s] of each interval in which a condition holds, ignoring gaps below 0.5 s."""
+    """Return the first and last time [s] of each interval in which a condition holds; merge gaps of less than 0.5 s."""
     found: list[tuple[float, float]] = []
     for time in times[is_so].tolist():
         if found and time - found[-1][1] < _TOGETHER:

@@ -1,4 +1,4 @@
-"""Output files of a run: their paths, and the handling of files that cannot be written."""
+"""Output files of a run: choice of the paths, and the handling of files that cannot be written."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _BULK_FRAMES = 4000  # rows of pieces kept in memory, 21 MB; longer runs record 
 
 @dataclass(slots=True, kw_only=True)
 class RunOutputs:
-    """Log and page of one run.
+    """Paths, sinks and recording for the log and the page of one run.
 
-    If a file that the user named cannot be written, the run does not start. If a default file cannot be written, or the
-    disk fails later, the run goes on after a message.
+    If a file that the user named cannot be written, the run does not start. If a default file cannot be written, or if
+    writing fails later, the run goes on after a message.
     """
 
     log: Path | None
@@ -53,7 +53,9 @@ class RunOutputs:
         seconds: float,
         say: Callable[[str], None],
     ) -> RunOutputs:
-        """Choose the paths of all files and check that they can be written, before the first tick.
+        """Choose the paths of the files, and check before the first tick that the files can be written.
+
+        A default file that cannot be written is left out, with a message to `say`.
 
         Args:
             folder: Folder for files at default paths.
@@ -89,7 +91,7 @@ class RunOutputs:
         return cls(**where, seconds=seconds, say=say)
 
     def sinks(self) -> list[TelemetrySink]:
-        """Create the log and return the telemetry sinks for the run."""
+        """Create the log file, and return the telemetry sinks for the run: the recording and the log."""
         sinks: list[TelemetrySink] = [self.recording]
         if self.log is not None:
             self._guard = GuardedSink(WpilogSink(self.log), lambda why: self.say(f"{why}. The run goes on"))
@@ -97,7 +99,10 @@ class RunOutputs:
         return sinks
 
     def write(self, run: AutoRun) -> dict[str, str]:
-        """Write the page after the run; return the paths of all written files by kind (`log`, `page`)."""
+        """Write the page after the run, and return the paths of all written files by kind (`log`, `page`).
+
+        If the page cannot be written, call `say` with the reason.
+        """
         written: dict[str, str] = {}
         if self.log is not None and self._guard is not None and not self._guard.failure:
             written["log"] = str(self.log)

@@ -32,18 +32,18 @@ class RunTrack:
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last time of the recording [s]."""
+        """First and last time of the recording [s]; both 0 if the recording is empty."""
         times = self.recording.times
         return (float(times[0]), float(times[-1])) if len(times) else (0.0, 0.0)
 
     def placed_times(self, number: int) -> FloatArray:
-        """Return the times at which a robot was placed after the first row [s], shape (n,)."""
+        """Return the times [s], after the first row, at which a robot was placed on the field, shape (n,)."""
         times, counts = self._numbers(f"{self.scene.robots[number].prefix}/Robot/Placements")
         jumps: FloatArray = times[1:][np.diff(counts) > 0.0]
         return jumps
 
     def began(self, number: int) -> float:
-        """Return the time of a robot's last placement before driving [s]; -inf without a placement after the start."""
+        """Return the time [s] at which a robot was last placed on the field before driving; -inf if never placed."""
         times, driven = self._numbers(f"{self.scene.robots[number].prefix}/Robot/DistanceDriven")
         drives = times[driven - driven[:1] > _DRIVES]
         placed = self.placed_times(number)

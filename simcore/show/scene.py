@@ -1,6 +1,6 @@
-"""Scene of a run: everything drawn that telemetry does not contain, such as the field, its goals and robots' looks.
+"""Scene of a run: the parts of a drawing that telemetry does not contain, e.g. field, goals and looks of robots.
 
-Motion comes from telemetry; `simcore.show.run_track` reads it from a recording.
+The motion comes from telemetry. `simcore.show.run_track` reads the motion from a recording.
 """
 
 from __future__ import annotations
@@ -50,21 +50,20 @@ _STEEL, _HANGING = "#9ea5ae", {"blue": "#4a6db0", "red": "#b0564f"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PieceLook:
-    """Look of one kind of piece seen from above: a disk, or a rectangle turned by the piece's attitude."""
+    """Look of one kind of piece: a disk or a box seen from above, colors, and a shape for the 3D view."""
 
     color: str
     """Color of a piece on the carpet, `#rrggbb`."""
     radius: float | None = None
-    """Radius of a ball, or of a standing cylinder [m]; None for a box."""
+    """Radius of a ball, or of a cylinder with a vertical axis [m]; None if `size` is given."""
     size: tuple[float, float, float] | None = None
-    """Size along the piece's x, y and z axes of a box, or of a cylinder that may lie on its side [m]; None for a
-    disk."""
+    """Size of the bounding box along the piece's x, y and z axes [m]; None for a piece that is drawn as a disk."""
     air_color: str = ""
     """Color of a piece in the air; empty for a darker shade of `color`."""
     edge_color: str = ""
     """Color of the piece's outline; empty for half the brightness of `color`."""
     shape: Shape | None = None
-    """Shape drawn in three dimensions; None for a ball or box of the given size."""
+    """Shape of the piece in three dimensions; None for a ball of `radius` or a box of `size`."""
 
     def __post_init__(self) -> None:
         require_fields(self, radius=FIELD_LENGTH, size=(FIELD_LENGTH,) * 3)
@@ -80,7 +79,10 @@ class PieceLook:
 
     @property
     def hole(self) -> float | None:
-        """Radius of the hole in a body of revolution around its z axis [m], 0 without a hole; None for other bodies."""
+        """Radius of the hole along the z axis of a body of revolution [m]; 0 without a hole.
+
+        None if the body is not a body of revolution about the z axis, or if no shape is given.
+        """
         if self.shape is None:
             return None
         turn = np.arange(24) * math.tau / 24
@@ -98,7 +100,7 @@ PLAIN_PIECE = PieceLook(radius=0.1, color="#f2c511")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotLook:
-    """Look of one robot, and the prefix of its telemetry keys."""
+    """Look of one robot, and the prefix of the robot's telemetry keys."""
 
     bumpers: tuple[float, float]
     """Length and width over the bumpers [m]."""
@@ -106,21 +108,21 @@ class RobotLook:
     prefix: str = "Sim"
     """Beginning of the robot's telemetry keys, e.g. `<prefix>/Robot/Pose3d`."""
     intakes: Sequence[FloatArray] = ()
-    """Outline of each deployed intake's zone seen from above, robot frame [m], shape (n, 2)."""
+    """Outline of the zone of each deployed intake, seen from above, robot frame [m], shape (n, 2) each."""
     config: RobotConfig | None = None
     """Config of the robot; None if only telemetry is available."""
     models: Path | None = None
-    """Folder whose first robot model shows the body and components; None for a robot drawn as boxes."""
+    """Folder whose first robot model shows the body and components; None to draw the robot from simple shapes."""
     name: str = ""
-    """Name on the page; empty for the robot's number."""
+    """Name of the robot on the page; empty to use the robot's number."""
     team: str = ""
     """Team number on the bumpers; empty for the robot's number in the match."""
     role: str = ""
-    """Player that drives the robot in a match, e.g. `collector:3`."""
+    """Role and level of the scripted player of the robot in a match, e.g. `collector:3`; empty without a match."""
     ink: str = ""
-    """Name of the robot's color; empty for the alliance's color."""
+    """Name, in `COLORS`, of the color of the robot's path and curves; empty for the color of the alliance."""
     score_key: str = ""
-    """Telemetry key of the robot's own score, on a page of two runs; otherwise empty."""
+    """Telemetry key of the score of the robot's run on a page of two runs; empty on other pages."""
 
     def __post_init__(self) -> None:
         require_fields(self, bumpers=(ROBOT_LENGTH, ROBOT_LENGTH))
@@ -133,7 +135,7 @@ class RobotLook:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goal:
-    """Goal where pieces score."""
+    """Target of an alliance's shots."""
 
     alliance: str
     center: tuple[float, float, float]
@@ -142,7 +144,7 @@ class Goal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LevelLook:
-    """Level of scoring places, whose pieces are counted together."""
+    """Group of scoring places with a common count of pieces, e.g. one level of a scoring structure."""
 
     name: str
     """Name of the level, as in `Sim/Places/<name>`."""
@@ -155,7 +157,7 @@ class LevelLook:
     is_single: bool = False
     """Whether at most one piece counts in each place."""
     middle: tuple[float, float] | None = None
-    """Center of all places, field frame [m]; None if the zones have shapes unknown to simcore."""
+    """Mean center of the places' zones, field frame [m]; None if no zone has a known center."""
 
     @property
     def key(self) -> str:
@@ -165,22 +167,22 @@ class LevelLook:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scene:
-    """Everything drawn for a run that telemetry does not contain."""
+    """Parts of a drawing of a run that telemetry does not contain: field, looks of robots and pieces, and goals."""
 
     field_size: tuple[float, float]
     """Length and width of the field [m]."""
     field_outlines: Sequence[tuple[str, FloatArray]] = ()
-    """Name and outline of each field element seen from above [m], shape (n, 2); names that begin with `blue` or `red`
-    give the color."""
+    """Name and outline of each field element, seen from above [m], shape (n, 2). The color is that of the alliance if
+    the name begins with `blue` or `red`."""
     field_elements: Sequence[FieldElement] = ()
-    """Field elements in three dimensions, drawn if there is no model of the field."""
+    """Field elements in three dimensions; the page draws the elements if the field has no model."""
     hanging: Sequence[PieceLook] = ()
     """Looks of the bodies that hang from the field, in the order of `Sim/Hanging`."""
     robots: Sequence[RobotLook] = ()
     pieces: Mapping[str, PieceLook] = field(default_factory=dict)
     """Looks of pieces by name of the kind, as in `Sim/GamePieces/<Type>`."""
     goals: Sequence[Goal] = ()
-    """Goals that robots aim shots at."""
+    """Goals at which robots shoot."""
     levels: Sequence[LevelLook] = ()
     """Levels of scoring places, in the game's order."""
     models: Path | None = None
@@ -196,7 +198,7 @@ class Scene:
 
     @property
     def piece_names(self) -> str:
-        """Names of all kinds of pieces, for texts.
+        """Names of all kinds of pieces in lower case, separated by commas; `pieces` without kinds.
 
         >>> Scene(field_size=(1.0, 1.0), pieces={"Ball": PLAIN_PIECE, "Crate": PLAIN_PIECE}).piece_names
         'ball, crate'
@@ -204,28 +206,32 @@ class Scene:
         return ", ".join(name.lower() for name in self.pieces) or "pieces"
 
     def label(self, number: int) -> str:
-        """Return a robot's label for texts: the name, else the team number, else `robot <number>`."""
+        """Return the label of a robot in texts: the name, or the team number, or `robot <number>` without both."""
         robot = self.robots[number] if number < len(self.robots) else None
         return (robot.name or robot.team if robot is not None else "") or f"robot {number}"
 
     def with_models(self, folder: Path) -> Scene:
-        """Return a copy with the field model and the robot model in a folder; a missing model is left unchanged."""
+        """Return a copy that uses the models in a folder.
+
+        The copy keeps the robots' models if the folder has no robot model, and the field's models if the folder has no
+        field model.
+        """
         models = list(folder.glob("Robot_*")) and folder
         robots = [replace(look, models=models or look.models) for look in self.robots]
         return replace(self, robots=robots, models=folder if any(folder.glob("Field3d_*")) else self.models)
 
     def look(self, name: str) -> PieceLook:
-        """Return the look of a kind of piece by name, or a plain look for an unknown kind."""
+        """Return the look of the kind of piece `name`, or `PLAIN_PIECE` for an unknown kind."""
         return self.pieces.get(name, PLAIN_PIECE)
 
 
 def piece_look(kind: GamePieceConfig) -> PieceLook:
-    """Return the look of a kind of piece."""
+    """Return the look of a kind of piece, from the shape and color in the config."""
     return shape_look(kind.shape, kind.color)
 
 
 def shape_look(shape: Shape, color: str) -> PieceLook:
-    """Return the look of a body by its shape and color."""
+    """Return the look of a body with a shape and a color: a disk for a sphere, a box for any other shape."""
     if isinstance(shape, Sphere):
         return PieceLook(radius=shape.radius, color=color)
     low, high = bounding_box(shape)
@@ -234,12 +240,12 @@ def shape_look(shape: Shape, color: str) -> PieceLook:
 
 
 def bare_scene(game: Game) -> Scene:
-    """Return a scene with the field but no robots, for a run known only from its log."""
+    """Return a scene with the field of a game and without robots."""
     return _scene(game, game.field.load(), ())
 
 
 def scene_of(match: Match) -> Scene:
-    """Return the scene of a match, which may already be closed."""
+    """Return the scene of a match that is in progress or closed."""
     from simcore.show.robot_outlines import intake_outlines  # not needed for logs: imports all robot modules
 
     robots, parts = [], [component.name for component in match.game.robot().components]
@@ -298,7 +304,7 @@ def _level(name: str, places: Sequence[RestingPlace]) -> LevelLook:
 
 
 def _middle(zone: Zone) -> tuple[float, float] | None:
-    """Return the center of a zone seen from above [m]; None for a zone of unknown shape."""
+    """Return x and y of the center of a box, cylinder or capsule zone [m]; None for any other zone."""
     if isinstance(zone, CylinderZone):
         return zone.center
     if isinstance(zone, BoxZone):

@@ -1,6 +1,6 @@
-"""`simcore layout`: layout for AdvantageScope or Elastic, with all telemetry of a game or a log.
+"""Command `simcore layout`, which writes a layout for AdvantageScope or Elastic with the telemetry of a game or log.
 
-The layout has no rows for keys that are not published, because AdvantageScope would strike them through.
+The layout has no rows for unpublished keys, because AdvantageScope would strike these rows through.
 
 Source: a file exported by AdvantageScope 26.0.2, and the names of types, options and colors in its source code,
 https://github.com/Mechanical-Advantage/AdvantageScope (`*Controller_Config.ts`, `Colors.ts`).
@@ -31,7 +31,7 @@ __all__ = ["HANGING", "RED", "add_arguments", "game_snapshot", "run", "scope_lay
 HANGING = "Hanging"
 """Name of the piece model that shows swinging bodies (`Sim/Hanging`) in a field model."""
 RED = " (red)"
-"""Name suffix of a robot model with red bumpers, if there is one."""
+"""Suffix of the name of a robot model with red bumpers."""
 
 _VERSION = "26.0.2"
 _COLORS = ("#2b66a2", "#e48b32", "#3b875a", "#af2437", "#80588e", "#e5b31b", "#858584", "#d993aa", "#5f4528", "#c0b487")
@@ -44,10 +44,10 @@ _SWERVE = {"Sim/Robot/SwerveStates": "#0000ff", "Sim/Robot/SwerveSetpoints": "#f
 
 
 def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[str, Any]:  # noqa: B008  # frozen
-    """Return the content of the layout file for AdvantageScope.
+    """Return the content of a layout file for AdvantageScope.
 
     Args:
-        snapshot: Snapshot of the run, whose keys the layout shows.
+        snapshot: Snapshot of the run; the layout shows the keys of the snapshot.
         models: Models of the field and the robots; by default AdvantageScope's own models.
     """
     debug = {key.removeprefix("Sim/Debug/"): key for key in snapshot.doubles if key.startswith("Sim/Debug/")}
@@ -90,7 +90,9 @@ def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[
 
 
 def game_snapshot(game: Game, *, robots: int = 1) -> Snapshot:
-    """Return a snapshot of a game's match after one tick; the first half of the robots is blue.
+    """Play one tick of a match, and return a snapshot.
+
+    The first half of the robots, rounded up, is in the blue alliance.
 
     Args:
         game: Game of the match.
@@ -109,7 +111,7 @@ def game_snapshot(game: Game, *, robots: int = 1) -> Snapshot:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
+    """Add the arguments and options of `simcore layout`."""
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--robots", type=int, default=1, metavar="N", help="number of robots in it (default: 1)")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="show what this log holds instead")
@@ -119,10 +121,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the layout file and return 0.
+    """Write the layout file, print the path of the file, and return exit status 0.
 
     Raises:
-        SimcoreError: If the command cannot be carried out.
+        SimcoreError: If the log, the game or the models cannot be used, or the file cannot be written.
     """
     log = None if options.log is None else read_log(options.log)
     game = find_game(options.game or (game_of_log(log) if log else None))
@@ -195,7 +197,7 @@ def _graph(
     *,
     discrete: Mapping[str, tuple[str, str]] | None = None,
 ) -> dict[str, Any]:
-    """Return a line graph with two auto-scaled axes.
+    """Return a tab with a line graph that has two axes with automatic ranges.
 
     Args:
         title: Title of the tab.
@@ -220,7 +222,7 @@ def _graph(
 
 
 def _match_states(snapshot: Snapshot) -> dict[str, tuple[str, str]]:
-    """Return type and color of the match period and of all booleans of the match, by key."""
+    """Return the type and color for the match period and for each boolean of the match, by telemetry key."""
     keys = [key for key in snapshot.booleans if key.startswith("Sim/Match/")]
     states = {"Sim/Match/Period": ("String", _GOLD)}
     return states | {key: ("Boolean", _alliance_color(key)) for key in keys}
@@ -259,12 +261,12 @@ def _tab(kind: int, title: str, controller: Any, *, height: int = 200, renderer:
 
 
 def _thing(kind: str, name: str, log_type: str, **options: str) -> dict[str, Any]:
-    """Return an entry for a tab's list of sources."""
+    """Return an entry for the list of sources of a tab: type, telemetry key, data type and options."""
     return {"type": kind, "logKey": _key(name), "logType": log_type, "visible": True, "options": options}
 
 
 def _key(name: str) -> str:
-    """Return AdvantageScope's name for a key, which is the same for live data and for simcore's logs."""
+    """Return AdvantageScope's name for a telemetry key, which is equal for live data and simcore's logs."""
     return f"NT:/{name}"
 
 

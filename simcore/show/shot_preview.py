@@ -1,7 +1,7 @@
-"""Preview of a shot: landing point and score of a piece that would leave a shooter now.
+"""Preview of shots: predicted path and score of a piece that leaves a shooter now.
 
-The preview uses the loop that moves the match's balls, with contacts with the static field but not with robots and
-other pieces. The preview ends when the piece scores or can no longer score.
+The preview uses the loop that moves the balls of the match. The piece touches the static field, but not robots or other
+pieces. The predicted path ends when the piece scores or can no longer score.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from simcore.units import TICK
 
 __all__ = ["ShotPath", "ShotPreview"]
 
-_AT_ONCE = 40  # flight steps computed in one go
+_AT_ONCE = 40  # number of flight steps between two checks of the wall time
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotPath:
-    """Predicted path of a shot that leaves now."""
+    """Predicted path and result of a shot that leaves the shooter now."""
 
     robot: int
-    """Number of the robot."""
+    """Number of the robot that shoots."""
     points: FloatArray
     """Path of the piece's center from the muzzle to the first contact or the score, field frame [m], shape (n, 3)."""
     landing: FloatArray
@@ -44,7 +44,7 @@ class ShotPath:
     """Points that the piece would score now."""
 
     def __str__(self) -> str:
-        """Return the outcome in one line."""
+        """Return the result of the shot as one line of text."""
         if self.zone:
             return f"scores in {self.zone}, {self.worth} point{'' if self.worth == 1 else 's'}"
         x, y, z = self.landing.tolist()
@@ -55,7 +55,7 @@ class ShotPreview:
     """Previews of all shooters of a match, computed in small steps during the run.
 
     Args:
-        match: Match in progress, which the previews only read.
+        match: Match in progress; the previews do not change the match.
     """
 
     def __init__(self, match: Match) -> None:
@@ -65,11 +65,11 @@ class ShotPreview:
 
     @property
     def paths(self) -> list[ShotPath]:
-        """Latest previews of the shooters whose wheels turned fast enough to shoot."""
+        """Latest preview of each shooter whose wheels are fast enough to shoot."""
         return list(self._found.values())
 
     def work(self, seconds: float) -> None:
-        """Update the previews in turn for up to `seconds` of wall time [s], and by one step at least."""
+        """Continue the computation of the previews for up to `seconds` of wall time [s], but at least by one step."""
         end = perf_counter() + seconds
         for _ in self._steps:
             if perf_counter() >= end:
@@ -127,7 +127,7 @@ class ShotPreview:
         )
 
     def _kind_of_next(self, robot: Robot, shooter: Shooter) -> GamePieceConfig:
-        """Return the kind of piece that the shooter would fire next."""
+        """Return the kind of the next piece in the shooter's storage or, if it is empty, a kind the shooter accepts."""
         kinds = self._match.pieces.types
         held = robot.storage_of(shooter.config).in_turn
         if held:

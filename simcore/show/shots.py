@@ -1,4 +1,4 @@
-"""Shots of a run: their flights, their results, and the side of the goal on which they missed."""
+"""Shots of a run: flights, results, and the side of the goal on which a shot missed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _BEYOND = 0.3  # [m]; a shot from this far beyond the goal that does not score i
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotTrace:
-    """Shot of one piece, with the recorded part of its flight up to the first contact."""
+    """Shot of one piece, with the recorded part of the flight up to the first contact."""
 
     time: float
     """Time at which the piece left the robot [s]."""
@@ -36,7 +36,7 @@ class ShotTrace:
     """Center of the piece at `times`, field frame [m], shape (n, 3)."""
     scored: bool
     is_over: bool = True
-    """Whether the flight ended before the end of the run."""
+    """Whether the piece scored or touched something before the end of the run."""
     robot: int = 0
     """Number of the robot that shot the piece."""
     piece: int = 0
@@ -53,7 +53,7 @@ class ShotTrace:
 
     @property
     def result(self) -> ShotResult:
-        """Outcome of the shot."""
+        """Result of the shot: `hit`, `miss`, `pass`, or `flying` if the run ended first."""
         return "hit" if self.scored else "flying" if not self.is_over else "pass" if self.is_pass else "miss"
 
     @property
@@ -65,7 +65,7 @@ class ShotTrace:
     def speed(self) -> float:
         """Launch speed relative to the ground, averaged over the first tick and corrected for gravity [m/s].
 
-        NaN if the flight has a single recorded point.
+        NaN if the recorded flight has only one point.
         """
         if len(self.times) < 2:
             return math.nan
@@ -105,7 +105,7 @@ def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
 
 
 def _place_of(recording: Recording, robot: int, time: float) -> FloatArray:
-    """Return the last recorded position of a robot up to a time [s], field frame [m], shape (3,)."""
+    """Return the last position of a robot that was recorded at or before a time [s], field frame [m], shape (3,)."""
     times, rows = recording.poses(f"{robot_prefix(robot)}/Robot/Pose3d")
     place: FloatArray = rows[max(int(np.searchsorted(times, time + 1e-9)) - 1, 0), :3]
     return place
@@ -155,9 +155,10 @@ def _trace(
 
 
 def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
-    """Return the goal nearest to the direction of a shot, among the goals of the robot's alliance or else all goals.
+    """Return the goal of the robot's alliance that is nearest to the direction of a shot.
 
-    For a shot without a direction, return the goal nearest to the start of the shot; without goals, return None.
+    If the alliance has no goal, consider all goals. For a shot without a direction, return the goal nearest to the
+    start of the shot. Without goals, return None.
     """
     alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
     goals = [goal for goal in scene.goals if goal.alliance == alliance] or list(scene.goals)
@@ -172,14 +173,17 @@ def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
 
 
 def _is_beyond(scene: Scene, goal: Goal, robot: int, x: float) -> bool:
-    """Return whether an x coordinate [m] is over 0.3 m beyond the robot's own goal, seen from the alliance wall."""
+    """Return whether x [m] is more than 0.3 m farther from the alliance wall than the goal of the robot's alliance."""
     alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
     way = {"blue": x - goal.center[0], "red": goal.center[0] - x}.get(alliance, -1.0)
     return goal.alliance == alliance and way > _BEYOND
 
 
 def _side(points: FloatArray, goal: FloatArray) -> MissSide:
-    """Return the side of the goal center, seen along the shot, on which a miss fell below the goal height or ended."""
+    """Return the side of the goal on which a miss passed the goal center, as seen from the robot.
+
+    The side is that of the point where the piece last fell below the goal's height, or of the last point of the path.
+    """
     ahead = goal[:2] - points[0, :2]
     ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
     place = points[-1, :2]
@@ -195,7 +199,7 @@ def _side(points: FloatArray, goal: FloatArray) -> MissSide:
 
 
 def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[str]]]:
-    """Return table rows of a run's shots: a label, and a value for each robot."""
+    """Return table rows about the shots of a run: a label, and one value for each robot."""
     of_each = [[shot for shot in shots if shot.robot == number] for number in range(robots)]
 
     def span(values: list[float], unit: str, digits: int) -> str:
@@ -226,7 +230,7 @@ def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[s
 
 
 def _tried(shots: Sequence[ShotTrace]) -> list[ShotTrace]:
-    """Return the shots at a goal, without passes."""
+    """Return the shots that are not passes."""
     return [shot for shot in shots if shot.result != "pass"]
 
 

@@ -1,7 +1,7 @@
-"""Triangle meshes for a page's 3D view, read from GLB models or built from shapes and robot configs.
+"""Triangle meshes for the 3D view of a page, read from GLB models or built from shapes and robot configs.
 
-Meshes of equal color that move together are merged into one solid, because a browser's drawing time grows with the
-number of solids.
+The functions merge meshes that have the same color and move together into one solid, because the drawing time of a
+browser grows with the number of solids.
 """
 
 from __future__ import annotations
@@ -64,18 +64,18 @@ class Solid:
     """Triangle mesh of one color."""
 
     name: str
-    """Name of the solid: `BUMPER`, one of the requested name prefixes, or empty."""
+    """Name of the solid: `BUMPER`, a name prefix of field elements, or empty."""
     color: str
     opacity: float
     vertices: FloatArray
-    """Vertices in the frame of the solid's owner [m], shape (n, 3)."""
+    """Vertices in the frame of the object that the solid shows (field, robot, part or piece) [m], shape (n, 3)."""
     faces: IntArray
     """Indices into `vertices`, three per triangle, shape (m, 3)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotSolids:
-    """Solids of a robot: the fixed body, and each moving part with its pose."""
+    """Solids of a robot's body, and solids and pose function of each moving part."""
 
     body: Sequence[Solid]
     parts: Sequence[tuple[Sequence[Solid], PartPose]]
@@ -83,12 +83,14 @@ class RobotSolids:
 
 @functools.lru_cache(maxsize=128)
 def model_solids(model: Model, names: tuple[str, ...] = ()) -> tuple[Solid, ...]:
-    """Read the solids of a GLB file, with the mean color of each texture; results are cached.
+    """Read the solids of a GLB file, or return the cached solids.
+
+    The color of a textured mesh is the mean color of the texture.
 
     Args:
-        model: File and transform to the frame of the model's owner.
-        names: Name prefixes; a solid gets the prefix of its mesh as its name. Bumpers are named `BUMPER`, and all other
-            solids have no name.
+        model: File, and the transform to the frame of the field, robot, moving part or piece.
+        names: Name prefixes of meshes to keep apart; the name of a solid is the prefix of the mesh. Bumpers have the
+            name `BUMPER`. The names of all other solids are empty.
 
     Raises:
         ModelError: If the file cannot be read.
@@ -97,7 +99,7 @@ def model_solids(model: Model, names: tuple[str, ...] = ()) -> tuple[Solid, ...]
 
 
 def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterable[str] = ()) -> Solid:
-    """Convert a trimesh mesh to a solid of one color, named as in `model_solids`."""
+    """Convert a trimesh mesh to a solid of one color, named as in `model_solids`, after a transform `place`."""
     known = BUMPER if BUMPER in name.lower() else next((one for one in names if name.startswith(one)), "")
     material = getattr(mesh.visual, "material", None)
     color, opacity = _PLAIN, 1.0
@@ -111,12 +113,12 @@ def _solid(name: str, mesh: Any, place: FloatArray | None = None, names: Iterabl
 
 
 def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> RobotSolids:
-    """Return the solids of a robot, from its models or else built from its config.
+    """Return the solids of a robot from GLB models, or build the solids from the config if no models fit the robot.
 
     Args:
         look: Look of the robot.
-        models: Models for the robot, used only if their number of parts is `parts`; if the body model's length differs
-            from the length over the bumpers, only the parts are used.
+        models: Models of the robot; None for no models. The models are ignored unless the number of moving parts is
+            `parts`. The model of the body is ignored if the length differs from the length over the bumpers.
         parts: Number of component poses in the robot's telemetry.
     """
     key = f"{look.prefix}/Robot/ComponentPoses"
@@ -138,9 +140,10 @@ def robot_solids(look: RobotLook, models: RobotModels | None, parts: int) -> Rob
 
 
 def described_solids(config: RobotConfig) -> list[tuple[str, Solid]]:
-    """Return named solids of a robot built from its config, robot frame: intakes deployed, other parts at their start.
+    """Build the named solids of a robot from a config, in the robot frame.
 
-    The solids include zones of intakes and claws, directions of shots, storages and cones of cameras.
+    Intakes are deployed, and all other mechanisms are at the start position. The solids include the zones of intakes
+    and claws, the directions of shots, the storages, and the view cones of cameras.
     """
     mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     stands = {name: Posed(one.position, one.stops) for name, one in mechanisms.items()}
@@ -183,7 +186,10 @@ def described_solids(config: RobotConfig) -> list[tuple[str, Solid]]:
 
 
 def shape_solids(shape: Shape, color: str, *, name: str = "", opacity: float = 1.0) -> list[Solid]:
-    """Return the solids of a collision shape in its own frame; compound shapes such as rings keep their true shape."""
+    """Return the solids of a collision shape in the frame of the shape.
+
+    The solid of a mesh has the same triangles. The solids of any other shape are the convex hulls of the parts.
+    """
     if isinstance(shape, Mesh):
         return [Solid(name, color, opacity, shape.vertices, shape.faces)]
     found = []
@@ -195,13 +201,13 @@ def shape_solids(shape: Shape, color: str, *, name: str = "", opacity: float = 1
 
 
 def element_solids(scene: Scene, names: Sequence[str]) -> list[Solid]:
-    """Return solids for the elements of a field without a model, in the colors of their alliances.
+    """Return the solids of the field elements in the colors of the alliances, for a field without a model.
 
-    Perimeter walls are drawn as glass above a low board, so that the inside of the field stays visible.
+    Perimeter walls are glass above a low board, because the inside of the field must stay visible.
 
     Args:
-        scene: Scene with the field's elements.
-        names: Name prefixes; a solid is named by the prefix of the element's name, or has no name.
+        scene: Scene with the field elements.
+        names: Name prefixes of elements to keep apart; the name of a solid is the prefix of the element, or empty.
     """
     found: list[Solid] = []
     for element in scene.field_elements:
@@ -228,7 +234,7 @@ def element_solids(scene: Scene, names: Sequence[str]) -> list[Solid]:
 
 
 def _ball_points(radius: float) -> FloatArray:
-    """Return points on the surface of a ball, shape (n, 3)."""
+    """Return points on the surface of a ball around the origin [m], shape (n, 3)."""
     turn, up = np.meshgrid(np.arange(16) * math.tau / 16, np.linspace(-0.5 * math.pi, 0.5 * math.pi, 9))
     points = np.stack((np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)), axis=-1)
     return radius * points.reshape(-1, 3)
@@ -238,7 +244,7 @@ def _ball_points(radius: float) -> FloatArray:
 
 
 def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
-    """Yield the name, the mesh and the transform to the owner's frame [m], shape (4, 4), of each mesh in a file."""
+    """Yield each mesh of a GLB file: name, mesh, and homogeneous transform of file and node [m], shape (4, 4)."""
     scene = _load(model.path)
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
@@ -247,7 +253,7 @@ def _placed_meshes(model: Model) -> Iterator[tuple[str, Any, FloatArray]]:
 
 
 def extents(path: Path) -> list[float]:
-    """Return the length, width and height of a GLB file's content in the file's frame; zeros for an empty file.
+    """Return the size of the content of a GLB file along the x, y and z axes of the file; zeros for an empty file.
 
     Raises:
         ModelError: If the file cannot be read.
@@ -280,7 +286,7 @@ def _joined(solids: Sequence[Solid]) -> list[Solid]:
 
 
 def _split(solid: Solid) -> Iterator[Solid]:
-    """Split a solid with more than `_MOST_VERTICES` vertices; yield other solids unchanged."""
+    """Yield parts of a solid with at most `_MOST_VERTICES` vertices each."""
     step = _MOST_VERTICES // 3
     if len(solid.vertices) <= _MOST_VERTICES:
         yield solid
@@ -297,7 +303,7 @@ def _concatenated(solids: Sequence[Solid]) -> Solid:
 
 
 def _hull(name: str, color: str, opacity: float, corners: FloatArray) -> Solid:
-    """Return the convex hull of points, with separate vertices for each triangle so that edges look sharp."""
+    """Return the convex hull of points [m] as a solid with separate vertices for each triangle, for sharp edges."""
     import trimesh  # importing it takes half a second
 
     mesh = trimesh.convex.convex_hull(corners)
@@ -317,9 +323,9 @@ def _component(key: str, number: int) -> PartPose:
 
 
 def chassis_boxes(body: ChassisConfig) -> dict[str, tuple[Vector, Vector, str]]:
-    """Return boxes for bumpers, belly pan and modules by name: lower and upper corner [m], and color.
+    """Return the boxes of bumpers, belly pan and swerve modules by name: lower corner, upper corner [m] and color.
 
-    The color of bumpers is empty, because they are drawn in the color of the alliance.
+    The color of a bumper is empty, because the page draws bumpers in the color of the alliance.
     """
     length, width, thick = body.bumper_length / 2.0, body.bumper_width / 2.0, body.bumper_thickness
     low, high = body.clearance + 0.02, body.bumper_top
@@ -345,7 +351,10 @@ def chassis_boxes(body: ChassisConfig) -> dict[str, tuple[Vector, Vector, str]]:
 
 
 def _sketched_body(look: RobotLook) -> list[Solid]:
-    """Return solids of bumpers, drivetrain, electronics and superstructure; of a typical robot without a config."""
+    """Build the body of a robot from the config in a look: bumpers, drivetrain, electronics and superstructure.
+
+    Without a config, build the body of a typical robot. Scale the body to the bumper size of the look.
+    """
     body = ChassisConfig() if look.config is None else look.config.body
     solids = []
     for name, (low, high, color) in chassis_boxes(body).items():
@@ -371,7 +380,7 @@ def _sketched_body(look: RobotLook) -> list[Solid]:
 
 
 def _superstructure(config: RobotConfig | None, body: ChassisConfig) -> list[Solid]:
-    """Return tubes around the storages (or around the frame up to the robot's height) and mounts of the shooters."""
+    """Build the tubes around the storages, or around the frame without storages, and the mounts of the shooters."""
     edge_x, edge_y = (0.5 * size - body.bumper_thickness - 0.03 for size in (body.bumper_length, body.bumper_width))
     rooms = [] if config is None or not (config.intakes or config.shooters) else [config.storage, *config.more_storages]
     spans = [(np.array(room.low), np.array(room.high)) for room in rooms]
@@ -399,7 +408,10 @@ def _superstructure(config: RobotConfig | None, body: ChassisConfig) -> list[Sol
 def _intake_place(
     intake: IntakeConfig, posed: Callable[[Snapshot], Mapping[str, Posed]]
 ) -> tuple[IntakeZone, PartPose]:
-    """Return the zone of an intake and the pose of the zone's carrier, which is None while the intake is retracted."""
+    """Return the zone of an intake, and a function for the pose of the part that carries the zone.
+
+    The function returns None while the intake is retracted, unless the zone moves with the deploy mechanism.
+    """
     joints, deploy = intake.joints, intake.deploy
     moves = joints or (() if intake.stretch is None else (intake.stretch,))
     zone = intake.zone if joints else replace(intake.zone, z_min=max(0.0, intake.zone.z_min))
@@ -410,7 +422,10 @@ def _intake_place(
 def _carried(
     config: RobotConfig, posed: Callable[[Snapshot], Mapping[str, Posed]], *, has_models: bool
 ) -> Iterator[tuple[list[Solid], PartPose]]:
-    """Yield the moving parts without a model, with their poses: links, rails, claws, hooks, rollers and shooters."""
+    """Yield the solids and the pose function of each moving part without a model.
+
+    The parts are links, rails, claws, hooks, rollers and shooters.
+    """
     modelled = {component.joints for component in config.components} if has_models else set()
     ends: list[tuple[tuple[Joint, ...], Vector, list[Solid]]] = []
     ends += [(one.joints, one.offset, _hook(one)) for one in config.climbers if one.joints not in modelled]
@@ -447,7 +462,7 @@ def _carried(
 
 
 def _rollers(zone: IntakeZone) -> list[Solid]:
-    """Build an intake around its zone: two plates, and two rollers along the longer side, the outer roller lower."""
+    """Build an intake around a zone: two plates, and two rollers along the longer side, with a lower outer roller."""
     corners = zone_corners(zone)
     low, high = corners.min(axis=0), corners.max(axis=0)
     size = high - low
@@ -504,7 +519,7 @@ def _launcher(shooter: ShooterConfig) -> list[Solid]:
 
 
 def _gripper(zone: IntakeZone) -> list[Solid]:
-    """Build a claw around its zone: two fingers and a roller between them at the back."""
+    """Build a claw around a zone: two fingers, and a roller between the fingers at the back."""
     corners = zone_corners(zone)
     low, high = corners.min(axis=0), corners.max(axis=0)
     middle, size = 0.5 * (low + high), high - low
@@ -516,7 +531,7 @@ def _gripper(zone: IntakeZone) -> list[Solid]:
 
 
 def _hook(climber: ClimberConfig) -> list[Solid]:
-    """Build a climber's hook, open at the bottom, around the point where it catches a rung."""
+    """Build the hook of a climber, open at the bottom, around the point at which the hook catches a rung."""
     x, y, z = climber.offset
     reach = climber.reach
     top, color = z + reach, "#c9ccd1"
@@ -546,9 +561,9 @@ def _posed(config: RobotConfig, prefix: str) -> Callable[[Snapshot], Mapping[str
 def _linked(
     posed: Callable[[Snapshot], Mapping[str, Posed]], joints: Sequence[Joint], deploy: tuple[str, Any] | None = None
 ) -> PartPose:
-    """Return a function for the pose at the end of a chain of joints.
+    """Return a function for the pose of the last part in a chain of joints, robot frame.
 
-    With `deploy` (mechanism and deployed stop), the function returns None unless the mechanism is deployed.
+    If `deploy` is given (mechanism and deployed stop), the function returns None while the mechanism is not deployed.
     """
 
     def pose(snapshot: Snapshot) -> FloatArray | None:
@@ -587,7 +602,7 @@ def _cube(center: Sequence[float] | FloatArray, half: float) -> FloatArray:
 
 
 def _bar(start: Sequence[float] | FloatArray, end: Sequence[float] | FloatArray, half: float, color: str = "") -> Solid:
-    """Build a square tube between two points."""
+    """Build a square tube between two points [m], with a thickness of twice `half` [m]."""
     return _hull("", color or "#70767f", 1.0, np.concatenate((_cube(start, half), _cube(end, half))))
 
 

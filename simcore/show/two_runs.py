@@ -1,4 +1,4 @@
-"""Page of two runs on one clock: the field of the first run, with the robots, shots and scores of both runs."""
+"""Page that replays two runs together: the field of the first run, with the robots, shots and scores of both runs."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ _Value = TypeVar("_Value")
 def write_page_of_two(
     path: str | Path, old: str | Path, new: str | Path, *, names: tuple[str, str], title: str = "", subtitle: str = ""
 ) -> None:
-    """Write a page that shows the first robots of two logs together, each with its own name and color.
+    """Write a page that shows robot 0 of two logs together, with a name and a color for each run.
 
     Args:
         path: Path of the page, usually with the suffix `.html`.
-        old: Path of the first log, whose pieces are shown on the field.
+        old: Path of the first log; the page shows the pieces on the field from this log.
         new: Path of the second log.
-        names: Names of the two runs.
+        names: Names of the first and of the second run.
         title: Heading of the page.
         subtitle: Text next to the heading.
 
@@ -60,9 +60,9 @@ def write_page_of_two(
 
 
 def merged(old: Recording, new: Recording) -> Recording:
-    """Merge two runs tick by tick into one recording as long as the longer run.
+    """Merge two runs tick by tick into one recording with the duration of the longer run.
 
-    The recording has the first robot of both runs, the pieces that these robots hold, and all shots. Pieces on the
+    The recording has robot 0 of both runs, the pieces in all robots of both runs, and all shots. The pieces on the
     field are those of the old run. `Sim/Score/Old` and `Sim/Score/New` are the points of the robots' alliances.
     """
     both = Recording(seconds=max(1.0, *(float(run.times[-1]) for run in (old, new))), bulk_period=old.bulk_period)
@@ -75,7 +75,7 @@ def merged(old: Recording, new: Recording) -> Recording:
 
 
 def _landed(end: Snapshot | None) -> Snapshot | None:
-    """Return the last snapshot of a run without pieces in flight, to show after the end of the run."""
+    """Return a copy of the last snapshot of a run without pieces in flight, for the time after the end of the run."""
     if end is None:
         return None
     poses = {key: rows[:0] if key.startswith(_FLYING) else rows for key, rows in end.pose_arrays.items()}
@@ -116,6 +116,6 @@ def _both(old: Snapshot, new: Snapshot) -> Snapshot:
 
 
 def _kept(old: Mapping[str, _Value], new: Mapping[str, _Value]) -> dict[str, _Value]:
-    """Return the old run's values for robot 0, pieces and match, and the new run's robot 0 as robot 1."""
+    """Return the old run's values of robot 0, pieces and match, and the new run's values of robot 0 as robot 1."""
     kept = {key: value for key, value in old.items() if not key.startswith(_OF_ONE)}
     return kept | {f"Sim/Robots/1/{key.removeprefix('Sim/')}": v for key, v in new.items() if key.startswith(_OWN)}

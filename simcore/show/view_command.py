@@ -1,4 +1,4 @@
-"""`simcore view FILE.wpilog`: write the page of a log and open it in the browser."""
+"""Command `simcore view FILE.wpilog`, which writes the page of a log and opens the page in the browser."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["add_arguments", "run"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
+    """Add the arguments and options of `simcore view`."""
     parser.add_argument(
         "log", type=Path, metavar="FILE.wpilog", help="a log of simcore, DataLogManager or AdvantageKit"
     )
@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the page of the log, open the page in the browser unless `--no-browser` is given, and return 0.
+    """Write a web page of the log, open it in a browser unless `--no-browser` is given, and return exit status 0.
 
     Raises:
         SimcoreError: If the log or the models cannot be used, or the page cannot be written.

@@ -1,4 +1,4 @@
-"""Driving from the page: conversion of keys, gamepads and on-screen sticks to a driver's input."""
+"""Driving from a page: conversion of pressed keys, gamepads and on-screen sticks to the input of a driver."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simcore.quantities import shown
 __all__ = ["KEYS", "ViewDriving", "read_input"]
 
 _PATIENCE = 0.25  # [s]; after this time without a message, the robot has no driver
-_DEAD_BAND = 0.1  # of full deflection, for a stick at rest
+_DEAD_BAND = 0.1  # fraction of full deflection that counts as a stick at rest
 _KEY_TURN, _SLOWLY = 0.5, 0.35  # fractions of full speed for the turn keys, and for all keys with Shift
 _AHEAD, _LEFT, _TURN = "ahead", "left", "turn"
 _STICKS = {
@@ -27,18 +27,21 @@ _STICKS = {
 _INTAKE, _SHIFT = "KeyF", ("ShiftLeft", "ShiftRight")
 _ACTIONS = {"Space": 0, "Digit1": 0, "Digit2": 1, "Digit3": 2, "Digit4": 3}
 KEYS = frozenset((*_STICKS, _INTAKE, *_SHIFT, *_ACTIONS))
-"""Keys for driving, by `KeyboardEvent.code`, i.e. by position: W A S D is Z Q S D on a French keyboard."""
+"""Codes of the keys for driving, as in `KeyboardEvent.code`.
+
+A code is a position on the keyboard: W A S D are the keys Z Q S D on a French keyboard.
+"""
 # Buttons of a gamepad with the W3C standard mapping: A, B, X and Y; bumper and trigger of each hand.
 _FACES, _LEFT_HAND, _RIGHT_HAND = (0, 1, 2, 3), (4, 6), (5, 7)
-_PRESSED = 0.5  # of full travel; a trigger beyond this is pressed
+_PRESSED = 0.5  # fraction of full travel from which a button or trigger counts as pressed
 
 
 def read_input(message: object) -> tuple[int, DriverInput]:
     """Convert a page's message to the number of the driven robot and the driver's input.
 
     Args:
-        message: Object with `keys`, the codes of the pressed keys; with a gamepad or on-screen sticks also `axes` and
-            `buttons`, -1 to 1; with several robots also `robot`, the robot's number.
+        message: Object with the codes of the pressed keys as `keys`. A page with a gamepad or on-screen sticks adds
+            `axes` and `buttons`, both from -1 to 1. The number of the driven robot is `robot`, by default 0.
 
     Raises:
         ConfigError: If the message is invalid.
@@ -88,20 +91,20 @@ def _numbers(name: str, values: object) -> list[float]:
 
 
 def _beyond_dead_band(*stick: float) -> tuple[float, ...]:
-    """Apply the deadband to a stick, rescaled to 0 at the edge of the deadband and 1 at full deflection."""
+    """Apply a radial deadband to the axes of a stick, and scale the deflection beyond the deadband to 0 to 1."""
     size = math.hypot(*stick)
     share = max(0.0, min(1.0, size) - _DEAD_BAND) / (1.0 - _DEAD_BAND) / max(size, 1e-9)
     return tuple(share * value for value in stick)
 
 
 class ViewDriving:
-    """Input of the drivers at the pages, each of whom drives one robot.
+    """Current input of the drivers at the pages, from at most one page per robot.
 
     Args:
-        actions: Names of the robots' actions, in the order of their buttons.
+        actions: Names of the robots' actions, in the order of the buttons.
         robots: Number of robots that can be driven.
-        at_once: Whether a page drives as soon as it is open.
-        is_free: Whether the person drives without a match; the page then shows no clock and a view from behind the
+        at_once: Whether a page starts driving as soon as the page is open.
+        is_free: Whether a person drives without a match. The page then shows no clock, and the camera follows the
             robot.
         clock: Function that returns a monotonic time [s].
     """
@@ -123,15 +126,17 @@ class ViewDriving:
             "robots": list(range(robots)), "at_once": at_once, "keys": sorted(KEYS), "actions": list(actions),
             "free": is_free, "help": ", ".join(words),
         }  # fmt: skip
-        """Driving settings for the pages."""
+        """Settings for driving that the view sends to the pages."""
 
     def input(self, robot: int = 0) -> DriverInput | None:
-        """Return the current input for a robot, or None without a driver or a recent message."""
+        """Return the current input for a robot; None without a message from a driver in the last 0.25 s."""
         _, at, wants = self._drivers.get(robot, (0, -math.inf, None))
         return None if self._clock() > at + _PATIENCE else wants
 
     def take(self, page: int, message: object) -> None:
-        """Receive a page's input, ignored while another page drives the robot; None ends driving by the page.
+        """Store the input of a page for a robot, unless another page drives the robot.
+
+        A message of None ends driving by the page.
 
         Raises:
             ConfigError: If the message is invalid.

@@ -1,7 +1,7 @@
-"""Reader for AdvantageScope's model folders, used by the player and by `scripts/check_models.py`.
+"""Reader for AdvantageScope's model folders, for the pages and for `scripts/check_models.py`.
 
-A game or a team provides one folder with `Field3d_*` and `Robot_*` folders, like AdvantageScope's custom assets folder,
-so that both programs can use the same files.
+A game or a team provides one folder with `Field3d_*` and `Robot_*` folders. AdvantageScope can use the same folder for
+custom assets.
 """
 
 from __future__ import annotations
@@ -32,16 +32,17 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
-    """GLB file with its placement."""
+    """GLB file, with the transform that places the content of the file."""
 
     path: Path
     transform: FloatArray
-    """Homogeneous transform from the file's frame to the owner's frame [m], shape (4, 4)."""
+    """Homogeneous transform from the frame of the file to the frame of the object (field, robot, part or piece) [m],
+    shape (4, 4)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldModels:
-    """Models of a `Field3d_*` folder."""
+    """Models of the field and the pieces in a `Field3d_*` folder."""
 
     name: str
     size: tuple[float, float]
@@ -56,7 +57,7 @@ class FieldModels:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotModels:
-    """Models of a `Robot_*` folder."""
+    """Models of the body and the moving parts in a `Robot_*` folder."""
 
     name: str
     body: Model
@@ -66,17 +67,19 @@ class RobotModels:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ViewModels:
-    """Models of a folder; `field` is None and `robots` empty if the folder has none."""
+    """Models in a folder; `field` is None without a field model, and `robots` is empty without robot models."""
 
     field: FieldModels | None = None
     robots: tuple[RobotModels, ...] = ()
 
 
 def load_models(folder: str | Path) -> ViewModels:
-    """Read the config files of all models in a folder.
+    """Read the configs of all robot models and of the first field model in a folder.
+
+    The function checks that the GLB files exist, but does not read the files.
 
     Raises:
-        ModelError: If the folder is missing, contains neither `Field3d_*` nor `Robot_*`, or a model is invalid.
+        ModelError: If the folder is missing or contains neither `Field3d_*` nor `Robot_*`, or if a model is invalid.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -110,7 +113,8 @@ def _transform(folder: str, rotations: Any, position: Any) -> FloatArray:
     """Return the homogeneous transform of successive rotations followed by a translation, shape (4, 4).
 
     Raises:
-        ModelError: If `rotations` is not a list of `{"axis": "x", "degrees": 90}` or `position` not three numbers.
+        ModelError: If `rotations` is not a list of objects such as `{"axis": "x", "degrees": 90}`, or if `position` is
+            not a list of three numbers.
     """
     matrix = np.eye(4)
     try:
@@ -170,7 +174,10 @@ def read_field(folder: Path) -> FieldModels:
 
 
 def _stations(folder: Path, config: Mapping[str, Any], size: tuple[float, float]) -> tuple[tuple[float, float], ...]:
-    """Return the driver stations' positions, field frame [m]; the file counts from the field center, blue at +x."""
+    """Return the positions of the driver stations in the field frame [m]; empty if the config has none.
+
+    In the config, the origin is the center of the field, and the blue stations are at positive x.
+    """
     listed = config.get("driverStations", [])
     try:
         places = tuple((0.5 * size[0] - float(x), 0.5 * size[1] - float(y)) for x, y in listed)

@@ -1,8 +1,8 @@
-"""Web server of the live view: one page and one WebSocket, for its own pages only.
+"""Web server of the live view, with one page and one WebSocket, which only the page of this server may use.
 
 Any website in the same browser can send requests to a server on this computer. The browser names the requesting site in
-`Origin` and the requested host in `Host`, which under DNS rebinding is the site's own name. The server therefore
-refuses every request with a host or origin other than its own, before it looks at anything else.
+`Origin` and the requested host in `Host`. Under DNS rebinding, the requested host is the name of the site. The server
+therefore first refuses every request with a host or an origin other than the server's own.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from simcore.install_text import install_command
 __all__ = ["LONGEST", "MOST_VIEWERS", "Guard", "ViewServer", "open_browser"]
 
 MOST_VIEWERS = 16
-"""Largest number of open pages; each page slows the run down a little."""
+"""Largest number of connected pages, because each page slows the run down a little."""
 LONGEST = 1000
 """Largest number of characters in a page's message."""
 _BACKLOG = 200_000  # [bytes]; a slow page with more unsent data gets no further frames
@@ -45,10 +45,10 @@ _HEADERS = {
 
 
 class Headers(Protocol):
-    """Headers of a request."""
+    """Headers of an HTTP request."""
 
     def get_all(self, key: str) -> Sequence[str]:
-        """Return all values of a header, whose name is case-insensitive."""
+        """Return all values of the header `key`; the name of a header is case-insensitive."""
         ...
 
 
@@ -56,8 +56,9 @@ class Guard:
     """Filter that refuses the requests of other sites.
 
     Args:
-        host: Address of the view. If it is not a loopback address, the guard accepts all names of this computer and
-            all numeric addresses, because a site's own name is neither.
+        host: Address of the view. With a loopback address, the guard accepts only loopback addresses as `Host`. With
+            another address, the guard also accepts the names of this computer and all numeric addresses, because the
+            name of another site is neither.
     """
 
     def __init__(self, host: str) -> None:
@@ -102,15 +103,15 @@ class Guard:
 
 
 class ViewServer:
-    """Server for a page and its WebSocket, in its own thread.
+    """Server for a page and the WebSocket of the page; the server runs in a separate thread.
 
     Args:
         host: Address to listen on; `0.0.0.0` also allows other computers to connect.
         port: TCP port; 0 for any free port.
         page: HTML of the page.
-        greet: Function that returns the messages for a page that has just connected.
-        take: Function called in the server's thread for each message, with the page's number and a JSON object, or None
-            when the page has disconnected.
+        greet: Function that returns the first messages for a newly connected page.
+        take: Function that the server's thread calls with the number of a page and a JSON object for each message, or
+            None when the page has disconnected.
 
     Raises:
         OutputError: If the extra `view` is not installed or the port is in use.
@@ -160,12 +161,15 @@ class ViewServer:
         return bool(self._clients)
 
     def send(self, message: str | bytes, *, is_frame: bool = False) -> None:
-        """Send a message to all pages without waiting; slow pages miss frames."""
+        """Send a message to all pages without waiting.
+
+        If `is_frame` is true, skip pages with too much unsent data.
+        """
         if self._clients:
             self._loop.call_soon_threadsafe(self._send, message, is_frame)
 
     def close(self) -> None:
-        """Stop the server; safe to call twice."""
+        """Stop the server; a second call has no effect."""
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._stop.set)
             self._thread.join(2.0)
@@ -250,7 +254,7 @@ class ViewServer:
 
 
 def open_browser(url: str) -> str:
-    """Try to open a page in the browser; return one sentence with the address of the page."""
+    """Try to open a page in the browser, and return a sentence for the user with the address of the page."""
     headless = sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
     if headless:
         return f"no display here: open {url} in a browser on this computer"

@@ -1,6 +1,6 @@
-"""Watching a run in real time, in the browser view or over NetworkTables.
+"""Live outputs of a run in real time: the live view in a browser, and NetworkTables.
 
-If a port is in use or an extra is missing, the command ends before the run.
+If a port is in use or an optional dependency is missing, the command ends before the run.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _FIELD = "SmartDashboard/Field"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `simcore play` for watching a run."""
+    """Add the options for watching a run in real time, for `simcore play` and `simcore serve`."""
     group = parser.add_argument_group("watching, in real time")
     group.add_argument("--view", action="store_true", help="show the run in a browser, once it is open (extra: view)")
     group.add_argument("--live", action="store_true", help="publish over NetworkTables, e.g. for AdvantageScope")
@@ -55,7 +55,7 @@ class Watch:
     """Live outputs of a run that the options select: the browser view and NetworkTables.
 
     Args:
-        options: Parsed options: `seed` and the options of `add_options`.
+        options: Parsed command-line options, with `seed` and the options of `add_options`.
         game: Game of the run.
         driving: Input of the drivers at the pages; None if no robot can be driven.
 
@@ -82,7 +82,7 @@ class Watch:
         return self._view is not None and self._view.wants_restart
 
     def sinks(self) -> list[TelemetrySink]:
-        """Return new telemetry sinks for one run."""
+        """Return new telemetry sinks for one run: of the live view and of NetworkTables, if selected."""
         sinks: list[TelemetrySink] = []
         if self._view is not None:
             sinks.append(self._view.sink())
@@ -96,7 +96,7 @@ class Watch:
         return sinks
 
     def after_tick(self, match: Match, should_stop: Callable[[], bool]) -> None:
-        """Carry out commands of pages and dashboards, and wait until the next tick is due by the wall clock."""
+        """Execute commands of pages and dashboards, and wait until the next tick is due by the wall clock."""
         if self._tables is not None and self._controlled is not match:
             self._listen(match)
         if self._view is not None:
@@ -111,7 +111,11 @@ class Watch:
             self._view.wait_for_viewer(should_stop=should_stop)
 
     def next_seed(self, played: Recording, should_stop: Callable[[], bool]) -> int | None:
-        """Wait after a run for a restart or Ctrl-C; return the seed of the next run, or None for no further run."""
+        """Wait after a run until a page requests a restart or `should_stop` returns True.
+
+        Returns:
+            Seed of the next run; None after a stop, or at once without live outputs.
+        """
         if self._view is None and self._tables is None:
             return None
         if not self.wants_restart:
@@ -124,7 +128,7 @@ class Watch:
         return None
 
     def close(self) -> None:
-        """Stop all live outputs; safe to call twice."""
+        """Stop all live outputs; a second call has no effect."""
         if self._view is not None:
             self._view.close()
         if self._control is not None:
@@ -133,7 +137,7 @@ class Watch:
             self._tables.stop_server()
 
     def _listen(self, match: Match) -> None:
-        """Connect the dashboards' field controls to a match."""
+        """Connect the control topics for dashboards on NetworkTables to a match, and disconnect the last match."""
         from simcore.robotcode.networktables.control_topics import ControlTopics
 
         if self._control is not None:
@@ -161,5 +165,5 @@ def _serve(port: int) -> Any:
 
 
 def _say(text: str) -> None:
-    """Print to stderr, because stdout is for the report."""
+    """Print a line to stderr, because stdout contains only the report."""
     print(text, file=sys.stderr, flush=True)

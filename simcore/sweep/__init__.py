@@ -1,1 +1,1 @@
-"""Sweeps of many matches: experiments, runs on all cores or a cluster, results, and shot tables."""
+"""Sweeps of many matches on all cores or on a cluster, statistics of the results, and shot tables."""

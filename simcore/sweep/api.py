@@ -1,4 +1,4 @@
-"""Function `sweep`: plays an experiment, stores each row as soon as its run ends, and returns the results."""
+"""The function `sweep`, which plays all runs of an experiment and stores the row of each run when the run ends."""
 
 from __future__ import annotations
 
@@ -27,24 +27,25 @@ def sweep(
     out: str | Path | None = None,
     on_row: Callable[[dict[str, Any], int], None] | None = None,
 ) -> Results:
-    """Play all runs of an experiment and return their results.
+    """Play all runs of an experiment and return the results.
 
-    A run that crashes or takes too long has a row with an error. Successful runs in the store, from this experiment or
-    another experiment that contains the same runs, are not played again.
+    The row of a run that crashes or takes too long has an error. The function does not play a run again if the store
+    already has a successful row of the run, from this experiment or from another experiment with the same run.
 
     Args:
         experiment: Experiment to play.
-        workers: Number of processes on this machine; None for one process per core; 0 to play in this process (except
-            runs of a robot project), without a time limit.
-        cluster: Address of a Dask scheduler, whose workers play instead of this machine.
+        workers: Number of processes on this machine; None for one process per core; 0 to play in this process without
+            a time limit. A run of a robot project always plays in a separate process.
+        cluster: Address of a Dask scheduler; the workers of the cluster play the runs. None to play on this machine.
         out: Folder for the store of rows, `runs.sqlite`; None to keep rows only in memory.
-        on_row: Function that is called with each new row and the number of rows taken from the store.
+        on_row: Function to call with each new row and the number of rows from the store; None to call no function.
 
     Returns:
-        Results, whose rows have the columns run, point, seed, factors, metrics, digest, version, error, cpu_seconds.
+        Results of the played and the stored runs. The columns of a row are run, point, seed, the factors, the metrics,
+        digest, version, error and cpu_seconds.
 
     Raises:
-        SimcoreError: If the experiment cannot be played, or if there is no worker.
+        SimcoreError: If the experiment cannot be played, or if the cluster has no worker.
     """
     if workers is not None:
         require("sweep", "workers", workers, _WORKERS)

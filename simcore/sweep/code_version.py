@@ -1,4 +1,4 @@
-"""Version of the code that played a run: simcore's version, and a digest of the sources that a result depends on."""
+"""Version of simcore that played a run, and digests of the files that affect the result of a run."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from simcore.errors import ConfigError
 __all__ = ["code_version", "files_digest", "module_digest", "project_digest"]
 
 _APART = ("new_game", "show", "testing")
-"""Modules and packages of simcore that do not affect the result of a run."""
+"""Packages of simcore that do not affect the result of a run, and that `code_version` therefore ignores."""
 _SOURCES = (".cpp", ".gradle", ".h", ".java", ".json", ".obj", ".py", ".toml")
 _OUTPUTS = ("__pycache__", "out", "test_output", "tests", "venv", "env", "build", "dist", "ctre_sim", "logs")
-"""Folders of a robot project that the robot program does not read."""
+"""Names of folders in a robot project that the robot program does not read."""
 
 
 @cache
 def code_version() -> str:
-    """Return the version of simcore in this process, e.g. `1.0.0+3f2a9c01`; equal versions play equal runs.
+    """Return the version of simcore in this process with a digest of the sources, e.g. `1.0.0+3f2a9c01`.
 
-    The digest distinguishes a changed checkout from the release that it started from.
+    Processes with equal versions produce equal results. The digest distinguishes a modified checkout from the release.
     """
     package = Path(simcore.__file__).parent
     files = (file for file in package.rglob("*.py") if file.relative_to(package).parts[0] not in _APART)
@@ -34,7 +34,9 @@ def code_version() -> str:
 
 @cache
 def module_digest(name: str) -> str:
-    """Return the digest of a module's file, or of all sources of a package, or Python's version for a built-in module.
+    """Return the digest of a module's file or of all sources of a package.
+
+    For a module that is built into Python, return the version of Python.
 
     Raises:
         ConfigError: If the module cannot be found.
@@ -54,7 +56,10 @@ def module_digest(name: str) -> str:
 
 
 def project_digest(folder: Path) -> str:
-    """Return the digest of a robot project's code, settings (`.toml`, `.json`), meshes and deployed files."""
+    """Return the digest of a robot project's code, settings (`.toml`, `.json`), meshes and deployed files.
+
+    Files in hidden folders and in the folders of `_OUTPUTS` do not affect the digest.
+    """
     files = []
     for file in folder.rglob("*"):
         inside = file.relative_to(folder).parts
@@ -65,7 +70,9 @@ def project_digest(folder: Path) -> str:
 
 
 def files_digest(files: Iterable[Path], base: Path) -> str:
-    """Return the SHA-256 digest of the names and contents of files, 64 hexadecimal digits; line endings do not matter.
+    """Return the SHA-256 digest of the names and contents of files as 64 hexadecimal digits.
+
+    Files that differ only in CRLF and LF line endings have equal digests.
 
     Args:
         files: Files in any order.

@@ -1,4 +1,4 @@
-"""Command `simcore compare OLD NEW`: compares two versions of robot code, or two autos, on common seeds."""
+"""Command `simcore compare OLD NEW`, which compares two versions of robot code, or two autos, with the same seeds."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ = ["add_arguments", "run"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
+    """Add the arguments and options of `simcore compare`."""
     parser.allow_abbrev = False
     parser.add_argument("old", help="a folder with a robot.py, or an auto of the game")
     parser.add_argument("new", nargs="?", help="another folder or auto to compare with it")
@@ -55,7 +55,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compare two versions, print the result and write the pages; return 0 if all runs are complete, 1 if some failed.
+    """Compare two versions, print the difference, and write a page of the statistics and a page of two logs.
+
+    Returns:
+        Exit status: 0 if no run ended with an error, otherwise 1.
 
     Raises:
         SimcoreError: If the versions cannot be compared.
@@ -97,10 +100,13 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _kind(word: str, options: argparse.Namespace) -> str:
-    """Return the factor that an argument is a value of: `project` for a folder with a robot.py, else `auto`.
+    """Return the name of the factor for an argument: `project` for a folder with a robot.py, `auto` for an auto.
+
+    Inside a robot project, the argument must be a folder.
 
     Raises:
-        ConfigError: If the argument is neither a folder with a robot.py nor an auto of the game.
+        ConfigError: If the argument is neither a folder with a robot.py nor, outside a robot project, an auto of the
+            game.
     """
     if Path(word, "robot.py").is_file():
         return PROJECT
@@ -120,7 +126,7 @@ def _kind(word: str, options: argparse.Namespace) -> str:
 
 
 def _played(factor: Factor, options: argparse.Namespace) -> Results:
-    """Play both versions with each seed and return the results."""
+    """Play both values of the factor with each seed, show the progress, and return the results."""
     if factor.name == PROJECT:
         options.project = Path(options.old)
     experiment = Experiment(
@@ -134,7 +140,11 @@ def _played(factor: Factor, options: argparse.Namespace) -> Results:
 
 
 def _page_of_both(results: Results, options: argparse.Namespace, difference: PairedDifference) -> Path:
-    """Play both versions again with the seed of the largest effect, write a page of both logs, and return its path."""
+    """Write a page of two logs, one of each version, and return the path of the page.
+
+    The function plays both versions again with one seed: that of the largest difference with the sign of the mean
+    difference.
+    """
     factor = results.experiment.factors[0]
     by_seed: list[dict[int, float]] = [{}, {}]
     for row, number in zip(results.finished, results.values(options.metric).tolist(), strict=True):

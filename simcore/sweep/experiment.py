@@ -1,4 +1,4 @@
-"""Experiment: a frozen description of the runs to play, which any process can read and which identifies results."""
+"""Description of the runs of a sweep, in plain values, and the keys that identify the results of the runs."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ _MOST_RUNS = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class PlannedRun:
-    """Run of an experiment, before it is played."""
+    """Plan of one run of an experiment."""
 
     number: int
-    """Number of the run, from 0."""
+    """Number of the run in playing order, from 0."""
     point: int
-    """Number of the combination of factor values."""
+    """Index of the combination of factor values in `Experiment.design_points`."""
     seed: int
     values: dict[str, FactorValue]
     """Factor values by name."""
@@ -47,9 +47,10 @@ class PlannedRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
-    """Set of runs of a game with its scripted autos, or of a robot project.
+    """Set of runs, each with a scripted auto of a game or with a robot project.
 
-    All fields are plain values, paths and names, so an experiment fits into JSON and runs on any machine of a cluster.
+    All fields are plain values, paths and names. `to_json` can therefore write an experiment as JSON, and any machine
+    of a cluster can play the runs.
 
     Example:
         >>> experiment = Experiment(auto="left", factors=(Factor("robot.mass", (45.0, 60.0)),), seeds=range(3))
@@ -60,36 +61,43 @@ class Experiment:
     game: str | None = None
     """Name of an installed game, or `module:name` of any game; None for the project's game or the newest game."""
     auto: str | None = None
-    """Name of an auto in the game or in a project's chooser; None for the first auto, or the chooser's choice."""
+    """Name of an auto of the game, or of the project's auto chooser. None for the first auto of the game, or for the
+    default of the chooser."""
     alliance: Literal["blue", "red"] = "blue"
     red: str = ""
-    """Scripted players of red in a whole match, for `simcore.match.players.lineup.lineup`; `me` plays the auto."""
+    """Scripted players of the red alliance in a whole match, in the notation of `simcore.match.players.lineup.lineup`;
+    the player `me` plays the auto."""
     blue: str = ""
-    """Scripted players of blue. If `red` and `blue` are empty and not factors, a single robot plays the auto."""
+    """Scripted players of the blue alliance, in the notation of `red`. If `red` and `blue` are empty and are not
+    factors, a single robot plays the auto."""
     seconds: float | None = None
-    """Simulated duration of a run [s]; None for the game's autonomous period, or the whole match."""
+    """Simulated duration of a run [s]; None for the autonomous period, or for the whole match if the run has players
+    (`red`, `blue`)."""
     options: tuple[str, ...] = ()
-    """Names of the game's options that are on."""
+    """Names of the options of the game to switch on."""
     engine: str | None = None
     """Name of the physics engine; None for the engine that `engine_choice` selects."""
     robot: str | None = None
-    """`module:function` that returns a `RobotConfig`, or the path of a `simcore.toml`; None for the game's robot."""
+    """Robot config: `module:function` of a function that returns a `RobotConfig`, or the path of a `simcore.toml`; None
+    for the game's robot."""
     project: str | None = None
-    """Folder of a robot project, whose code plays each run in its own process; None for the game's scripted autos."""
+    """Folder of a robot project; each run plays the project's code in a new process. None for scripted autos."""
     command: tuple[str, ...] = ()
-    """Command that starts the project's program in any language, stepped over the bridge; empty for robot.py."""
+    """Command that starts the project's robot program in any language; simcore steps the program over the bridge. Empty
+    for a robot.py."""
     scatter: Scatter | None = None
-    """Sizes of the spreads; None if seeds change only values that are random without scatter."""
+    """Standard deviations of the random differences between seeds; None for no scatter, or for the scatter in the
+    project's `simcore.toml`."""
     factors: tuple[Factor, ...] = ()
     samples: int = 0
-    """Number of random combinations of values; 0 for a grid of all listed values."""
+    """Number of random combinations of factor values; 0 for every combination of the listed values."""
     seeds: tuple[int, ...] = (0,)
-    """Seeds; each is played at every point."""
+    """Seeds of the runs; every combination of factor values is played with every seed."""
     metrics: tuple[str, ...] = ()
-    """Names of metrics, or `module:function` for a function that is called with the finished `Match`; empty for all
-    standard metrics and the game's breakdown."""
+    """Metrics to measure: names, or `module:function` of a function that computes a metric from the finished `Match`.
+    Empty for all standard metrics and the game's breakdown."""
     timeout: float | None = None
-    """Wall time after which a run is ended and counts as failed [s]; None for no limit."""
+    """Limit of the wall time of a run [s]; the sweep ends a longer run with an error. None for no limit."""
 
     def __post_init__(self) -> None:
         for name in ("robot", "project"):
@@ -123,7 +131,7 @@ class Experiment:
 
     @property
     def count(self) -> int:
-        """Number of runs."""
+        """Number of runs: combinations of factor values times seeds."""
         return (self.samples or math.prod(len(factor.values) for factor in self.factors)) * len(self.seeds)
 
     def design_points(self) -> list[tuple[FactorValue, ...]]:
@@ -143,13 +151,16 @@ class Experiment:
 
     @property
     def common(self) -> Experiment:
-        """Copy of the experiment without factors, samples and seeds, which workers get with each `PlannedRun`."""
+        """Copy of the experiment without factors, without samples and with the single seed 0.
+
+        The sweep sends the copy to the workers with each `PlannedRun`, which has the factor values and the seed.
+        """
         return replace(self, factors=(), samples=0, seeds=(0,))
 
     # --- identity of results ----------------------------------------------------------------------------------------
 
     def run_keys(self, runs: list[PlannedRun]) -> list[str]:
-        """Return a key of 20 hexadecimal digits for each run; runs with equal results have equal keys."""
+        """Return a hash of everything that affects the result of each run, as a key of 20 hexadecimal digits."""
         apart: tuple[str, ...] = ("factors", "samples", "seeds", "timeout")
         if PROJECT in (factor.name for factor in self.factors):
             apart = (*apart, "project")
@@ -159,7 +170,7 @@ class Experiment:
         return [_short_hash([base, run.seed, sorted(_known(run.values).items())], 20) for run in runs]
 
     def _code(self) -> dict[str, str]:
-        """Return digests and versions of everything outside the experiment's fields that affects a result."""
+        """Return the digests and versions of all code and files that affect a result, by name."""
         found = {"simcore": code_version(), "game": module_digest(self._game_module())}
         engine = ENGINES.get(engine_label(self.engine), "")
         found |= {name: _version(name) for name in (engine, "numpy") if name}
@@ -185,12 +196,12 @@ class Experiment:
     # --- as JSON ----------------------------------------------------------------------------------------------------
 
     def to_json(self) -> dict[str, Any]:
-        """Return the experiment in plain types, for `from_json`."""
+        """Return the experiment as a dictionary of types that JSON can represent, for `from_json`."""
         return {**asdict(self), "scatter": None if self.scatter is None else self.scatter.text}
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Experiment:
-        """Return the experiment from the result of `to_json`, even after JSON has turned tuples into lists."""
+        """Create an experiment from the result of `to_json`; lists in place of tuples are accepted."""
         values = dict(data)
         values["factors"] = tuple(Factor.from_json(factor) for factor in data["factors"])
         if data["scatter"] is not None:
@@ -199,11 +210,13 @@ class Experiment:
 
 
 def programs_outside(data: Mapping[str, Any], folder: Path) -> list[str]:
-    """Return the programs outside a folder that an experiment would run; run nothing.
+    """Return the paths of the programs outside a folder that an experiment would run.
+
+    The function neither runs nor imports a program.
 
     Args:
         data: Description of the experiment from `to_json`.
-        folder: Trusted folder, usually the current one.
+        folder: Trusted folder, usually the current folder.
     """
     projects = [data["project"], *(v for f in data["factors"] if f["name"] == PROJECT for v in f["values"])]
     found = [Path(project, "robot.py").resolve() for project in projects if project is not None]
@@ -216,13 +229,13 @@ def programs_outside(data: Mapping[str, Any], folder: Path) -> list[str]:
 
 
 def _known(values: dict[str, FactorValue]) -> dict[str, FactorValue]:
-    """Return the factor values that identify a run, with a digest of the files in place of a project's path."""
+    """Return the factor values with the digest of a project's files in place of the project's path."""
     return {name: project_digest(Path(str(v))) if name == PROJECT else v for name, v in values.items()}
 
 
 @cache
 def _version(module: str) -> str:
-    """Return name and version of the installed packages that provide a module; empty if there is no such package."""
+    """Return the names and versions of the installed packages that provide a module; empty if no package does."""
     names = packages_distributions().get(module, ())
     return ", ".join(f"{name} {version(name)}" for name in names)
 

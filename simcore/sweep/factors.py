@@ -1,9 +1,10 @@
-"""Factors: the quantities that vary between the runs of an experiment, each with a name and values.
+"""Factors: quantities with different values in the runs of an experiment.
 
-Values are listed or drawn from a distribution. A name is a dotted path into one of three configs, made of field names,
-table keys and row indices (`*` for all rows): `robot.battery.initial_charge`, `robot.drivetrain.modules.*.wheel_cof`,
-`scatter.spin`, `pieces.*.mass`. Names in `PLAYED` set how a run is played. `robot.mass` is the only name without a
-field; it sets the mass of the whole robot.
+The values of a factor are listed or drawn from a distribution. The name of a factor is a dotted path into one of three
+configs. A path consists of field names, keys and indices (`*` for all rows), for example
+`robot.battery.initial_charge`, `robot.drivetrain.modules.*.wheel_cof`, `scatter.spin` or `pieces.*.mass`. A name that
+begins with a word of `PLAYED` sets how a run is played. `robot.mass` sets the mass of the whole robot and is the only
+path that is not a field.
 """
 
 from __future__ import annotations
@@ -35,26 +36,26 @@ PROJECT = "project"
 """Name of the factor whose values are folders of robot projects."""
 
 FactorValue: TypeAlias = float | int | str
-"""Value of a factor: a number, or a name such as that of an auto."""
+"""Value of a factor: a number, or a name, e.g. the name of an auto."""
 
 _ANY = Quantity("", -1e12, 1e12)
 _MOST_VALUES = 100_000
 _LIKE_RANGE = re.compile(r"(uniform|normal|range)\b|[\d.]+ *(-|\.\.|to\b)")
-"""Start of a text that is a range in an invalid notation and not a name: `45-60`, `45..60`, `uniform 45`."""
+"""Pattern of texts that are ranges in an invalid notation rather than names, e.g. `45-60`, `45..60`, `uniform 45`."""
 _EXAMPLE = (
     "write NAME=45:60:5 (from:to:step, the end included), NAME=0.3,1 (a list), NAME=uniform(0.4,0.5) or "
     "NAME=normal(55,1)"
 )
 PLAYED = ("alliance", "auto", "blue", "engine", "preload", "red", "seconds", "start")
-"""First words of factors for how a run is played."""
+"""First words in the names of factors that set how a run is played."""
 CONFIGS = ("robot", "scatter", "pieces")
-"""First words of factors that are paths into a config."""
+"""First words in the names of factors that are paths into a config."""
 _STARTS = ("start.x", "start.y", "start.heading")
 
 
 @dataclass(frozen=True, slots=True)
 class Distribution:
-    """Distribution of the values of a factor.
+    """Uniform or normal distribution from which the values of a factor are drawn.
 
     >>> Distribution("uniform", 40.0, 60.0).at(0.25)
     45.0
@@ -74,7 +75,7 @@ class Distribution:
             raise ConfigError(f"normal(mean,deviation) needs a deviation > 0, got {self}")
 
     def at(self, share: float) -> float:
-        """Return the quantile for a probability `share`, above 0 and below 1 [-]."""
+        """Return the quantile for a probability `share` [-], 0 < share < 1."""
         if self.kind == "uniform":
             return self.first + share * (self.second - self.first)
         return NormalDist(self.first, self.second).inv_cdf(share)
@@ -85,16 +86,16 @@ class Distribution:
 
 @dataclass(frozen=True, slots=True)
 class Factor:
-    """Factor with listed values or a distribution.
+    """Quantity that varies between runs, with listed values or a distribution of values.
 
     >>> Factor("robot.mass", (45.0, 50.0)).at(0.7)
     50.0
     """
 
     name: str
-    """Path of the varied field, e.g. `robot.mass`."""
+    """Dotted name of the varied quantity, e.g. `robot.mass` or `auto`."""
     values: tuple[FactorValue, ...] = ()
-    """Listed values, in the unit of the varied field."""
+    """Listed values, in the unit of the varied field; empty if the factor has a distribution."""
     distribution: Distribution | None = None
     """Distribution instead of listed values; None if the values are listed."""
 
@@ -115,7 +116,7 @@ class Factor:
         """Return the listed value at a fraction `share` of the list, or the quantile for the probability `share` [-].
 
         Args:
-            share: Fraction, 0 (for a distribution above 0) to below 1 [-].
+            share: Fraction or probability [-]: 0 <= share < 1 for listed values, 0 < share < 1 for a distribution.
         """
         if self.distribution is not None:
             return self.distribution.at(share)
@@ -123,13 +124,13 @@ class Factor:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Factor:
-        """Return the factor from the result of `dataclasses.asdict`, even after JSON has turned tuples into lists."""
+        """Create a factor from the result of `dataclasses.asdict`; lists in place of tuples are accepted."""
         drawn = data["distribution"]
         return cls(data["name"], tuple(data["values"]), None if drawn is None else Distribution(**drawn))
 
 
 def parse_factor(text: str) -> Factor:
-    """Parse a factor on the command line.
+    """Parse the command-line notation of a factor: `NAME=` and values, a range or a distribution.
 
     >>> parse_factor("robot.mass=45:60:5").values
     (45.0, 50.0, 55.0, 60.0)
@@ -162,10 +163,10 @@ def parse_factor(text: str) -> Factor:
 
 
 def _steps(name: str, first: float, last: float, step: float) -> tuple[float, ...]:
-    """Return the values from `first` to `last` in equal steps; `last` is included if a step reaches it.
+    """Return the values from `first` to `last` in equal steps, including `last` if a step ends there.
 
     Raises:
-        ConfigError: If the steps do not lead from `first` to `last`, or there are too many.
+        ConfigError: If the step is zero or has the wrong sign, or if there are more than 100,000 values.
     """
     if step == 0.0 or (last - first) / step < 0.0:
         raise ConfigError(f"factor {name}: steps of {step:g} do not lead from {first:g} to {last:g}")
@@ -189,7 +190,7 @@ def _number(text: str) -> float | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSetup:
-    """Setup of a run without the seed."""
+    """Inputs of a run other than the seed."""
 
     game: Game
     auto: Auto
@@ -197,10 +198,12 @@ class RunSetup:
     scatter: Scatter | None = None
     alliance: Alliance = "blue"
     seconds: float | None = None
-    """Simulated duration [s]; None for the game's autonomous period, or the whole match."""
+    """Simulated duration [s]; None for the autonomous period, or for the whole match if the run has players (`red`,
+    `blue`)."""
     engine: str | None = None
     red: str = ""
-    """Players of red in a whole match, for `lineup`; if `red` and `blue` are empty, a single robot plays the auto."""
+    """Players of the red alliance in a whole match, in the notation of `lineup`. If `red` and `blue` are empty, a
+    single robot plays the auto."""
     blue: str = ""
 
     def __post_init__(self) -> None:
@@ -210,7 +213,7 @@ class RunSetup:
 
     @property
     def seats(self) -> tuple[Seat, ...]:
-        """Seats of all players of a match; empty if a single robot plays the auto."""
+        """Players of a match with their alliances and roles; empty if a single robot plays the auto."""
         return lineup(self.game, red=self.red, blue=self.blue) if self.red or self.blue else ()
 
 
@@ -218,8 +221,8 @@ def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
     """Return a copy of a setup with factors set to values.
 
     Raises:
-        ConfigError: If a factor does not exist or a value is invalid; the message gives the nearest names or the
-            valid values.
+        ConfigError: If a factor does not exist or a value is invalid; the message contains similar names or the valid
+            values.
     """
     for name, value in sorted(values.items(), key=lambda item: item[0] != "auto"):  # an auto sets the start
         if name.partition(".")[0] in PLAYED:
@@ -234,9 +237,13 @@ def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
 
 
 def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotConfig:
-    """Return a copy of a robot with the `robot.` factors set to values; errors are those of `vary`.
+    """Return a copy of a robot with the `robot.` factors set to values.
 
-    A name that begins with neither a config nor a word in `PLAYED` is an error; other factors are ignored.
+    Factors of other configs and of `PLAYED` are ignored.
+
+    Raises:
+        ConfigError: If the path or the value of a `robot.` factor is invalid, or if the first word of a name is in
+            neither `CONFIGS` nor `PLAYED`.
     """
     for name, value in values.items():
         first, *path = name.split(".")
@@ -252,11 +259,15 @@ def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotCo
 def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> Scatter | None:
     """Return a copy of a scatter with the `scatter` factors set to values; other factors are ignored.
 
-    The value of `scatter` multiplies all default spreads; `scatter.spin` sets the spread of the spin.
+    The factor `scatter` replaces all spreads by the default spreads times the value. A factor such as `scatter.spin`
+    sets a single spread.
 
     Args:
-        scatter: Present scatter; None for no scatter.
+        scatter: Current scatter; None for no scatter.
         values: Values of all factors.
+
+    Returns:
+        Changed scatter, or `scatter` if no value is of a `scatter` factor.
     """
     for name, value in sorted(values.items()):  # all spreads before single spreads
         first, *path = name.split(".")
@@ -272,7 +283,10 @@ def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> 
 
 
 def vary_pieces(game: Game, values: Mapping[str, FactorValue]) -> Game:
-    """Return a copy of a game with the factors `pieces.<kind>.<field>` set to values; `*` stands for all kinds."""
+    """Return a copy of a game with the factors `pieces.<kind>.<field>` set to values; other factors are ignored.
+
+    The kind `*` sets the field of all kinds of pieces.
+    """
     for name, value in values.items():
         first, *path = name.split(".")
         if first != "pieces":
@@ -291,7 +305,7 @@ def vary_pieces(game: Game, values: Mapping[str, FactorValue]) -> Game:
 
 @contextmanager
 def _named(name: str) -> Iterator[None]:
-    """Add the name of the factor to errors."""
+    """Raise errors of the block again as a `ConfigError` whose message begins with the name of the factor."""
     try:
         yield
     except (ConfigError, UnknownNameError) as error:
@@ -299,7 +313,10 @@ def _named(name: str) -> Iterator[None]:
 
 
 def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
-    """Return a copy of a setup with one factor of `PLAYED` set to a value, which the setup, game or auto checks."""
+    """Return a copy of a setup with one factor of `PLAYED` set to a value.
+
+    The constructors of setup, game and auto check the value.
+    """
     auto = setup.auto
     if name == "auto":
         return replace(setup, auto=setup.game.auto(str(value)))
@@ -315,7 +332,7 @@ def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
 
 
 def _with(config: Any, path: Sequence[str], value: FactorValue, where: str) -> Any:
-    """Return a copy of a config with another value at a path."""
+    """Return a copy of a config with a new value at a path; `*` in the path sets all rows of a tuple."""
     if not path:
         return _converted(config, value, where)
     first, rest = path[0], path[1:]
@@ -334,7 +351,7 @@ def _with(config: Any, path: Sequence[str], value: FactorValue, where: str) -> A
 
 
 def _parts_of(config: Any) -> dict[str, Any]:
-    """Return the fields, entries or rows of a config by the name that may follow the dot; empty for a plain value."""
+    """Return the fields, entries (of a mapping) or rows (of a tuple) of a config by name; empty for a plain value."""
     if isinstance(config, Mapping):
         return {str(name): part for name, part in config.items()}
     if isinstance(config, tuple):
@@ -346,7 +363,7 @@ def _parts_of(config: Any) -> dict[str, Any]:
 
 
 def _with_mass(robot: RobotConfig, value: FactorValue) -> RobotConfig:
-    """Return a copy of a robot with another mass [kg]; the yaw moment of inertia scales with the mass."""
+    """Return a copy of a robot with a new mass [kg] and with yaw moments of inertia scaled in proportion."""
     require("robot", "mass", value, MASS)
     drivetrain, mass = robot.drivetrain, float(value)
     inertia = drivetrain.yaw_inertia * mass / drivetrain.mass
@@ -358,10 +375,11 @@ def _with_mass(robot: RobotConfig, value: FactorValue) -> RobotConfig:
 
 
 def _converted(present: Any, value: FactorValue, where: str) -> Any:
-    """Convert a value to the type of the present value of a field; the config checks the range.
+    """Convert a factor value to the type of the current value of a field, without a check of the range.
 
     Raises:
-        ConfigError: If a bool gets another word, or the field has parts.
+        ConfigError: If the field is a bool and the value is neither true nor false, or if the field is not a number or
+            text.
     """
     if isinstance(present, bool):
         if str(value).lower() not in ("true", "false"):

@@ -1,4 +1,4 @@
-"""Playing one run of an experiment, from the plan to the row in the table; a row reports any error of the run."""
+"""Functions that play one run of an experiment and return the run's row of results, or a row with an error."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ __all__ = [
 ]  # fmt: skip
 
 _OF_PROJECTS = ("alliance", "auto", "engine", "seconds")
-"""Names in `PLAYED` that are also factors of a robot project; the other names set values that the project decides."""
+"""Names in `PLAYED` that are valid factors for a robot project. The project itself sets the other quantities."""
 
 
 def play_run(experiment: Experiment, planned: PlannedRun, log: Path | None = None) -> dict[str, Any]:
-    """Play a run in this process and return the run's row in the table.
+    """Play a run in this process, and return the row of the run, with the error if the run fails.
 
     Args:
-        experiment: Experiment of the run; this process can play only one run of a robot project.
+        experiment: Experiment of the run. A process can play only one run of a robot project.
         planned: Run to play.
         log: File for the telemetry of the run; None for no file.
 
     Returns:
-        Value by column: run, point, seed, factors, metrics, digest, version, error and cpu_seconds, in plain types.
-        `error` is empty or a sentence; a row with an error has no metrics and no digest.
+        Values in plain types by column: run, point, seed, the factors, the metrics, digest, version, error and
+        cpu_seconds. The error is empty for a successful run. A row with an error has no metrics and no digest.
     """
     start = process_time()
     try:
@@ -63,6 +63,11 @@ def play_run(experiment: Experiment, planned: PlannedRun, log: Path | None = Non
 
 def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = None) -> dict[str, Any]:
     """Play a run and return the run's metrics and digest by column.
+
+    Args:
+        experiment: Experiment of the run.
+        planned: Run to play.
+        log: File for the telemetry of the run; None for no file.
 
     Raises:
         SimcoreError: If the run cannot be played.
@@ -88,7 +93,7 @@ def play_values(experiment: Experiment, planned: PlannedRun, log: Path | None = 
 
 
 def failed_row(planned: PlannedRun, error: str) -> dict[str, Any]:
-    """Return the row of a failed run, with no metrics and no CPU time."""
+    """Return the row of a failed run, with an error, without metrics and with a CPU time of 0."""
     return {**planned_values(planned), "version": code_version(), "error": error, "cpu_seconds": 0.0}
 
 
@@ -98,7 +103,10 @@ def planned_values(planned: PlannedRun) -> dict[str, Any]:
 
 
 def sentence_of(error: BaseException) -> str:
-    """Return an error as one line of text; errors other than `SimcoreError` have their type, file and line number."""
+    """Return the message of an error as one line of text.
+
+    For errors other than `SimcoreError`, add the type of the error and the file and line that raised the error.
+    """
     text = " ".join(str(error).split())
     if isinstance(error, SimcoreError):
         return text
@@ -109,7 +117,7 @@ def sentence_of(error: BaseException) -> str:
 
 @lru_cache(maxsize=4)
 def setup_of(experiment: Experiment) -> RunSetup:
-    """Return the setup of an experiment's runs before factors are applied.
+    """Return the setup that an experiment's runs share, before the factor values are applied.
 
     Raises:
         SimcoreError: If the game, auto or robot does not exist.
@@ -129,10 +137,12 @@ def setup_of(experiment: Experiment) -> RunSetup:
 
 
 def require_playable_runs(experiment: Experiment) -> None:
-    """Check, before the first run, the experiment and each listed value (or the median) of every factor.
+    """Check an experiment before the first run.
+
+    The check includes each listed value of every factor, or the median of a factor with a distribution.
 
     Raises:
-        SimcoreError: If a game, auto, robot, factor or value is invalid; the message names valid ones.
+        SimcoreError: If a game, auto, robot, factor or value is invalid; the message names the valid choices.
     """
     if experiment.project is not None:
         _require_project(experiment)
@@ -168,12 +178,15 @@ def game_of(name: str | None) -> Game:
 
 
 def robot_of(name: str | None, game: Game) -> RobotConfig:
-    """Return the config of the game's robot, of a function, or of a file with the game's drivetrain.
+    """Return the robot config that a name selects.
+
+    The robot of a `simcore.toml` has the storage and the drivetrain of the game's robot, with the mass, the motors and
+    the wheel friction of the file.
 
     Args:
-        name: `module:function` (or `module:name` of a config), the path of a `simcore.toml`, or None for the game's
-            robot.
-        game: Game that provides the robot, or the drivetrain and storage for the robot of a file.
+        name: `module:function` of a function that returns a config, `module:name` of a config, or the path of a
+            `simcore.toml`; None for the game's robot.
+        game: Game that provides the default robot.
 
     Raises:
         ConfigError: If the file or function does not exist, or the result is not a `RobotConfig`.
@@ -203,10 +216,11 @@ def robot_of(name: str | None, game: Game) -> RobotConfig:
 
 
 def _require_project(experiment: Experiment) -> None:
-    """Check the folders and factors of a project experiment, as far as possible without the robot's code.
+    """Check the folders, the factor names and the scatter values of a project experiment, without running robot code.
 
     Raises:
-        ConfigError: If a folder has no robot.py (or simcore.toml for a command), or a factor is not one of a project.
+        ConfigError: If a folder has no robot.py (no simcore.toml if the experiment has a command), or if a factor or a
+            scatter value is not valid for a project.
     """
     folders = {str(experiment.project), *(str(v) for f in experiment.factors if f.name == PROJECT for v in f.values)}
     for folder in map(Path, sorted(folders)):
@@ -227,10 +241,10 @@ def _require_project(experiment: Experiment) -> None:
 
 
 def _play_project(experiment: Experiment, planned: PlannedRun, log: Path | None) -> dict[str, Any]:
-    """Play a run with the code of a robot project and return its metrics and digest.
+    """Play a run with the code of a robot project, and return the run's metrics and digest by column.
 
     Raises:
-        SimcoreError: If the robot's code fails; the message has the error of the code.
+        SimcoreError: If the robot's code fails; the message contains the error of the robot's code.
         VendorError: If RobotPy is not installed.
     """
     try:

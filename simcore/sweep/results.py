@@ -1,6 +1,6 @@
-"""Results of a sweep: success rates, percentiles, and differences on common seeds.
+"""Results of a sweep: success rates, percentiles, and paired differences between runs with equal seeds.
 
-A success is a condition on columns: `score >= 30`, `hits == shots and brownouts == 0`.
+A success is a run that meets a condition on the columns, e.g. `score >= 30` or `hits == shots and brownouts == 0`.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ if TYPE_CHECKING:
 __all__ = ["MOST_VALUES", "TABLE_NAME", "Condition", "Results", "Row"]
 
 Row = Mapping[str, Any]
-"""Row of a run: `run`, `point`, `seed`, a value for each factor and metric, `digest`, `version`, `error`,
-`cpu_seconds`."""
+"""Results of one run: values of `run`, `point`, `seed`, the factors, the metrics, `digest`, `version`, `error`
+and `cpu_seconds`."""
 
 TABLE_NAME = "results.csv"
 MOST_VALUES = 12
-"""Largest number of values of a factor that are listed and drawn separately."""
+"""Largest number of values of a factor for which summaries and pages show each value separately."""
 _BEFORE, _AFTER = ("run", "point", "seed"), ("digest", "version", "error", "cpu_seconds")
 _COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
     "<=": operator.le, ">=": operator.ge, "==": operator.eq, "!=": operator.ne, "<": operator.lt, ">": operator.gt,
@@ -51,7 +51,7 @@ _COMPARISON = re.compile(r"\s*([^<>=!]*[^<>=!\s])\s*(<=|>=|==|!=|<|>)\s*([^<>=!]
 
 
 class Condition:
-    """Condition on a run's row: comparisons of columns with numbers or other columns, joined by `and`.
+    """Condition on the row of a run: one or more comparisons of columns and numbers, joined by `and`.
 
     >>> condition = Condition("score >= 30 and hits == shots")
     >>> condition.names
@@ -86,7 +86,7 @@ class Condition:
         return tuple(dict.fromkeys(sides))
 
     def holds(self, row: Row) -> bool:
-        """Return whether a run ended without an error, has the columns, and meets the condition.
+        """Return whether a run ended without an error, has all columns of the condition, and meets the condition.
 
         Raises:
             ConfigError: If a column contains text.
@@ -104,7 +104,7 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """Results of all runs of an experiment.
+    """Rows of all runs of an experiment, with methods for statistics.
 
     A run that ended with an error has no metrics, is not a success, and is left out of percentiles.
     """
@@ -131,7 +131,7 @@ class Results:
 
     @property
     def factors(self) -> tuple[str, ...]:
-        """Names of the factors."""
+        """Names of the experiment's factors."""
         return tuple(factor.name for factor in self.experiment.factors)
 
     @property
@@ -146,23 +146,23 @@ class Results:
 
     @property
     def finished(self) -> list[Row]:
-        """Runs without an error."""
+        """Rows of the runs that ended without an error."""
         return [row for row in self.rows if not row["error"]]
 
     @property
     def failures(self) -> list[Row]:
-        """Runs with an error."""
+        """Rows of the runs that ended with an error."""
         return [row for row in self.rows if row["error"]]
 
     def values(self, metric: str) -> FloatArray:
-        """Return a metric of the finished runs, NaN for runs without the metric, shape (n,).
+        """Return the values of a metric in the runs without an error, shape (n,); NaN for runs without the metric.
 
         Args:
-            metric: Name of a column, or a condition with values 1 and 0.
+            metric: Name of a column, or a condition; the values of a condition are 1 for true and 0 for false.
 
         Raises:
-            ConfigError: If the column contains text.
-            UnknownNameError: If the column does not exist.
+            ConfigError: If a column contains text, or the text is not a valid condition.
+            UnknownNameError: If a column does not exist.
         """
         if metric not in self.columns and any(sign in metric for sign in _COMPARISONS):
             condition = self._condition(metric)
@@ -175,7 +175,7 @@ class Results:
         return np.array([math.nan if value is None else float(value) for value in found])
 
     def factor_values(self, factor: str) -> list[Any]:
-        """Return the distinct values of a factor: numbers in ascending order, words in the order of the rows.
+        """Return the distinct values of a factor, sorted if all values are numbers, otherwise in the order of the rows.
 
         Raises:
             UnknownNameError: If the factor does not exist.
@@ -195,12 +195,19 @@ class Results:
     # --- statistics -------------------------------------------------------------------------------------------------
 
     def succeeded(self, condition: str) -> npt.NDArray[np.bool_]:
-        """Return whether each run is a success, shape (n,); errors are those of `success`."""
+        """Return whether each run ended without an error and meets a condition, shape (n,).
+
+        Raises:
+            ConfigError: If the text is not a condition.
+            UnknownNameError: If a column does not exist.
+        """
         asked = self._condition(condition)
         return np.array([asked.holds(row) for row in self.rows], bool)
 
     def success(self, condition: str) -> Share:
-        """Return the fraction of all runs that meet a condition, with Wilson's interval; failed runs do not meet it.
+        """Return the fraction of all runs that meet a condition, with Wilson's interval.
+
+        Failed runs count as runs that do not meet the condition.
 
         Raises:
             ConfigError: If the text is not a condition.
@@ -222,20 +229,23 @@ class Results:
         return found
 
     def percentiles(self, metric: str, at: Sequence[float] = PERCENTILES) -> list[float]:
-        """Return percentiles (0 to 100) of a metric, NaN if no run has the metric; errors are those of `values`."""
+        """Return the percentiles `at` (0 to 100) of a metric; NaN if no run has the metric.
+
+        Errors are those of `values`.
+        """
         return percentiles(self.values(metric), at)
 
     def paired(self, factor: str, first: float | str, second: float | str, metric: str) -> PairedDifference:
-        """Return the mean change of a metric when a factor changes from one value to another, on common seeds.
+        """Return the mean change of a metric when a factor changes from one value to another.
 
-        Pairs have equal seeds and equal values of all other factors. Pairs with the same seed are not independent and
-        count as their mean.
+        The two runs of a pair have the same seed and the same values of all other factors. Pairs with the same seed are
+        not independent, so the mean of these pairs counts as one pair.
 
         Args:
             factor: Name of the factor.
-            first: Value before.
-            second: Value after.
-            metric: Name of a column, or a condition for the success rate.
+            first: Value of the factor before the change.
+            second: Value of the factor after the change.
+            metric: Name of a column, or a condition to compare success rates.
 
         Raises:
             ConfigError: If fewer than two seeds have pairs, or several runs have equal seed and factor values.
@@ -264,14 +274,14 @@ class Results:
         return paired_difference(before, after)
 
     def differences(self, metric: str) -> list[tuple[str, Any, Any, PairedDifference]]:
-        """Return the change of a metric from the first value of each factor to every other value, clear changes first.
+        """Return the change of a metric from the first value of each factor to every other value of the factor.
 
         Args:
             metric: Name of a column, or a condition.
 
         Returns:
-            Factor, first value, other value and difference, for factors with 2 to 12 values; values without common
-            seeds are left out.
+            Factor, first value, other value and paired difference for each change, clear differences first. Factors
+            with more than 12 values and values with fewer than 2 common seeds are left out.
         """
         found = []
         for factor in self.factors:
@@ -284,7 +294,9 @@ class Results:
     # --- as a file --------------------------------------------------------------------------------------------------
 
     def save_table(self, folder: str | Path) -> Path:
-        """Write all rows to `results.csv`, e.g. for pandas, and return the file's path; missing folders are created.
+        """Write all rows to `results.csv` in a folder, e.g. for pandas, and return the path of the file.
+
+        Missing folders are created.
 
         Raises:
             OutputError: If the file cannot be written.

@@ -1,4 +1,4 @@
-"""Metrics of a run: standard metrics by name, and functions that a team provides."""
+"""Measurement of a finished run by standard metrics and by functions that a team provides."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _score(match: Match) -> int:
 
 
 def _flying(match: Match) -> list[ShotRecord]:
-    """Return the shots that have not touched anything by the end of the match."""
+    """Return the shots that are still in flight at the end of the match."""
     last = {shot.slot: shot for shot in match.record.shots}
     return [last[slot] for slot in match.record.flying.tolist()]
 
@@ -54,11 +54,20 @@ METRICS: dict[str, Callable[[Match], Any]] = {
     "brownouts": lambda match: match.record.robots[0].battery.brownouts,
     "seconds": lambda match: match.time,
 }
-"""Standard metrics of every run, in this order: points of the alliance of robot 0 and of the other alliance; pieces
-shot, scored shots, shots still in the air at the end, and the fraction of hits among the shots that have ended; pieces
-taken in; time of the last shot [s]; pieces scored, placed and held by all robots at the end; and for robot 0 the
-distance driven, without moves by hand [m], the lowest battery voltage [V] and the number of brown-outs; simulated time
-[s]. The game's counts follow as `breakdown.<name>`."""
+"""Functions of the standard metrics, by name.
+
+- `score`, `score_of_others`: points of the alliance of robot 0, and of the other alliance;
+- `shots`, `hits`, `flying`: numbers of shots, of shots that scored, and of shots in flight at the end;
+- `hit_share`: fraction of hits among the shots that are no longer in flight [-];
+- `taken_in`: number of pieces that intakes have picked up;
+- `last_shot_s`: time of the last shot [s];
+- `scored`, `placed`, `held`: numbers of pieces scored, placed and held by all robots at the end;
+- `distance_m`, `min_battery_v`, `brownouts`: distance driven by robot 0, without moves by hand [m], the lowest battery
+  voltage [V] and the number of brownouts of robot 0;
+- `seconds`: simulated duration [s].
+
+The counts of the game are metrics with the names `breakdown.<name>`.
+"""
 
 
 def measure(match: Match, names: Sequence[str]) -> dict[str, Any]:
@@ -66,7 +75,7 @@ def measure(match: Match, names: Sequence[str]) -> dict[str, Any]:
 
     Args:
         match: Finished match.
-        names: Names of the metrics; empty for all of `METRICS` and the game's breakdown.
+        names: Names of the metrics, or `module:function`; empty for all of `METRICS` and the game's breakdown.
 
     Raises:
         UnknownNameError: If a metric does not exist.
@@ -87,7 +96,7 @@ def measure(match: Match, names: Sequence[str]) -> dict[str, Any]:
 
 
 def metric_name(metric: str | Callable[[Match], Any]) -> str:
-    """Return the name of a metric after checking the name, or `module:function` for a function.
+    """Check a metric, and return the name of the metric, or `module:function` if the metric is a function.
 
     Raises:
         ConfigError: If another process could not import the function.
@@ -108,7 +117,11 @@ def metric_name(metric: str | Callable[[Match], Any]) -> str:
 
 
 def named_object(text: str, what: str) -> Any:
-    """Return the object named `module:name`.
+    """Import a module and return the object that a text `module:name` names.
+
+    Args:
+        text: Names of the module and of the object.
+        what: Kind of the object, for error messages.
 
     Raises:
         ConfigError: If the module or the name does not exist.
@@ -121,7 +134,9 @@ def named_object(text: str, what: str) -> Any:
 
 
 def _plain(name: str, value: Any) -> Any:
-    """Convert a value to a plain number, word or None (for NaN and infinity); arrays become JSON text.
+    """Convert the value of a metric to a plain number, text or None.
+
+    NaN and infinity become None. Arrays, lists, tuples and mappings become JSON text.
 
     Raises:
         ConfigError: If the value has any other type.

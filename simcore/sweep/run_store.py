@@ -1,7 +1,7 @@
-"""SQLite file with the results of a sweep, written after each run so that an interrupted sweep can resume.
+"""SQLite store that writes each row of a sweep at the end of the run, so an interrupted sweep can resume.
 
-`PRAGMA user_version` holds the version of the tables. The table `experiment` holds the last experiment. The table
-`runs` holds a row for each run, under a key made from everything that affects the result.
+`PRAGMA user_version` is the version of the tables. The table `experiment` contains the last experiment. The table
+`runs` contains a row for each run, with a key from `Experiment.run_keys`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["FILE_NAME", "VERSION", "RunStore"]
 
 FILE_NAME = "runs.sqlite"
 VERSION = 2
-"""Version of the tables."""
+"""Version of the table format; `RunStore` refuses a file of another version."""
 _TABLES = (
     "CREATE TABLE experiment (number INTEGER PRIMARY KEY, description TEXT NOT NULL)",
     "CREATE TABLE runs (key TEXT PRIMARY KEY, error TEXT NOT NULL, row TEXT NOT NULL)",
@@ -30,24 +30,24 @@ _TABLES = (
 _COLUMNS: dict[str, type | tuple[type, ...]] = {
     "run": int, "point": int, "seed": int, "version": str, "error": str, "cpu_seconds": (int, float)
 }  # fmt: skip
-"""Columns of every row, with their types."""
+"""Columns that every row has, with the types of the values."""
 _log = logging.getLogger(__name__)
 _AT_ONCE = 500  # keys per query; old versions of SQLite allow 999
-_BUSY = 30.0  # [s] to wait while another sweep writes to the file
+_BUSY = 30.0  # [s]; longest wait while another sweep writes to the file
 
 
 class RunStore:
-    """Store of the rows of runs by key, and of the last experiment.
+    """SQLite file with the row of each run, by key, and with the last experiment.
 
-    A full disk or an unwritable file does not stop a sweep: the store logs a warning, keeps the rows in memory and
-    retries them with each new row.
+    If a row cannot be written, for example because the disk is full, the sweep goes on. The store logs a warning, keeps
+    the rows in memory, and tries to write the rows again with each new row.
 
     Args:
-        folder: Folder of the file, which is created if it is missing.
-        must_exist: Whether to raise an error if the file does not exist.
+        folder: Folder of the file `runs.sqlite`; a missing folder is created.
+        must_exist: Whether to raise an error instead of creating a missing file.
 
     Raises:
-        OutputError: If the file cannot be created, or is not a store of this version.
+        OutputError: If the file is missing or cannot be created, or is not a store of this version.
     """
 
     def __init__(self, folder: Path, *, must_exist: bool = False) -> None:
@@ -84,7 +84,7 @@ class RunStore:
             _log.warning("%s: %d runs are not in it", self._problem, len(self._unsaved))
 
     def set_experiment(self, experiment: Experiment) -> None:
-        """Store an experiment in place of the last experiment.
+        """Replace the stored experiment by another experiment.
 
         Raises:
             OutputError: If the file cannot be written.
@@ -96,7 +96,9 @@ class RunStore:
             raise self._unwritable(error) from error
 
     def experiment(self) -> Experiment:
-        """Return the last experiment; log a warning if the experiment runs programs outside the current folder.
+        """Return the last stored experiment.
+
+        Log a warning if the experiment would run programs outside the current folder.
 
         Raises:
             ConfigError: If the experiment can no longer be played.
@@ -112,7 +114,10 @@ class RunStore:
             return Experiment.from_json(data)
 
     def add(self, key: str, row: dict[str, Any]) -> None:
-        """Store the row of a run, replacing any earlier row with the same key."""
+        """Store the row of a run, and replace an earlier row with the same key.
+
+        If the file cannot be written, keep the row in memory.
+        """
         self._unsaved[key] = (row["error"], json.dumps(row))
         self._write()
 
@@ -149,7 +154,7 @@ class RunStore:
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """Convert errors in the block to a `ConfigError` or `OutputError` that names the file."""
+        """Raise errors of reading in the block again as a `ConfigError` or `OutputError` that names the file."""
         try:
             yield
         except (ConfigError, UnknownNameError) as error:  # before ValueError and LookupError, which they also are
@@ -183,7 +188,7 @@ class RunStore:
 
 
 def _checked(row: Any) -> dict[str, Any]:
-    """Return the row of a run unchanged after checking its format.
+    """Check the format of a stored row, and return the row unchanged.
 
     Raises:
         ValueError: If the row does not have the format of this version.

@@ -1,4 +1,4 @@
-"""Files of a shot table: CSV, Python for robot code, and a page with charts."""
+"""Conversion of a shot table to CSV, to a Python module for robot code, and to an HTML page with charts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from simcore.sweep.shot_table import ShotTable, ShotTableRow
 __all__ = ["table_cells", "table_csv", "table_page", "table_python"]
 
 _COLUMNS = ("elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "time_of_flight_s")
-"""Columns of a shot in the Python table for robot code."""
+"""Columns of the Python module for robot code."""
 
 
 def _values(row: ShotTableRow) -> dict[str, Any]:
@@ -27,7 +27,7 @@ def _values(row: ShotTableRow) -> dict[str, Any]:
 
 
 def table_csv(shots: ShotTable) -> str:
-    """Return a CSV table with a line for each row; missing values are empty."""
+    """Return the table as CSV text with a header line and one line per row; missing values are empty."""
     rows = [_values(row) for row in shots.rows]
     stream = io.StringIO()
     writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
@@ -37,7 +37,7 @@ def table_csv(shots: ShotTable) -> str:
 
 
 def table_cells(shots: ShotTable) -> tuple[list[str], list[list[str]]]:
-    """Return the headers and cells of the table as text for the console and the page."""
+    """Return the column headers, and the cells of each row as text, for the console and the page."""
     heads = [
         "distance",
         "elevation",
@@ -71,7 +71,7 @@ def table_cells(shots: ShotTable) -> tuple[list[str], list[list[str]]]:
 
 
 def table_python(shots: ShotTable) -> str:
-    """Return the text of a Python module, with a function `shot_at` that interpolates between the rows."""
+    """Return the text of a Python module with the table and a function `shot_at`, which interpolates between rows."""
     task, lines = shots.task, ""
     for row in shots.rows:
         values = _values(row)
@@ -120,7 +120,7 @@ def shot_at(distance):
 
 
 def table_page(shots: ShotTable) -> str:
-    """Return a report page with the shot of the best margin, the table, and curves over distance."""
+    """Return an HTML page with the shot that has the largest margin, the table, and curves over distance."""
     task, good = shots.task, shots.feasible
     blocks: list[Mapping[str, object]] = []
     if good:
@@ -140,7 +140,7 @@ def table_page(shots: ShotTable) -> str:
 
 
 def _curves(good: Sequence[ShotTableRow]) -> Iterator[Mapping[str, object]]:
-    """Yield charts of speed, elevation, wheel speed and the fraction of scattered shots that go in, over distance."""
+    """Yield charts over distance: speed, elevation, wheel speed, and the percentage of scattered shots that go in."""
     if not good:
         return
     at = [row.stand.distance for row in good]

@@ -1,8 +1,9 @@
-"""Shot table: for each distance, the shot with the best margin, and the share of scattered shots that go in.
+"""Shot table: the shot with the best margin at each distance, and the fraction of scattered shots that go in.
 
-The shots have many elevations and speeds around the solutions of `solve_shot`. The candidate of an elevation has the
-middle of the speeds that go in; the shot of the row is the candidate with the largest allowed error of elevation and
-speed, in standard deviations of the scatter. Flights with scatter give the share that goes in.
+`make_table` simulates a grid of elevations and speeds around the solutions of `solve_shot`. For each elevation, the
+candidate has the middle speed of the range that goes in. The margin of a candidate is the smallest error of speed or
+elevation for which the shot misses, in standard deviations of the scatter. The row has the candidate with the best
+margin. Simulated shots with scatter around this candidate give the fraction that goes in.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ from simcore.units import degrees
 
 __all__ = ["ShotBand", "ShotTable", "ShotTableRow", "make_table"]
 
-_ELEVATION_STEP, _SPEED_STEP = degrees(0.5), 0.0075  # steps of the grid; the speed step is a share of the speed
+_ELEVATION_STEP, _SPEED_STEP = degrees(0.5), 0.0075  # steps of the grid; the speed step is relative to the speed
 _SPARE_ELEVATION, _SPARE_SPEED = degrees(15.0), 0.05  # margin beyond the shooter's limits, to find the ends of ranges
-_SLOWER, _FASTER = 0.8, 1.3  # factors on the speed for the middle, beyond the near and far rim
-_SHOTS = 1024  # scattered shots for a row's share
-_AS_SAFE = 0.97  # share of the best margin from which shots count as equally good; the row has the middle one
+_SLOWER, _FASTER = 0.8, 1.3  # factors on the speed that hits the middle; shots at both ends miss the opening
+_SHOTS = 1024  # number of scattered shots per row
+_AS_SAFE = 0.97  # fraction of the best margin from which shots are equally good; the row has the middle one
 _TURN, _FARTHEST_TURN = degrees(5.0), degrees(90.0)  # step between bearings, and largest angle from the approach
 _LEVEL = 0.005  # [m] and [rad], tolerance: a robot on a bump shoots differently
-_MOST_PLACES = 6  # places tried for a row
+_MOST_PLACES = 6  # largest number of robot positions tried for a row
 _COLUMNS = (
     "bearing_deg", "elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "time_of_flight_s", "entry_angle_deg",
     "slowest_mps", "fastest_mps", "flattest_deg", "steepest_deg", "margin_sd",
@@ -43,18 +44,22 @@ _COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class ShotBand:
-    """Grid of elevations and speeds, with the shots that go in from every barrel."""
+    """Grid of elevations and speeds, and the result of each shot."""
 
     elevations: FloatArray
     """Elevations of the grid [rad], shape (n,)."""
     speeds: FloatArray
     """Speeds of the grid relative to the muzzle, in geometric steps [m/s], shape (m,)."""
     inside: BoolArray
-    """Whether each shot goes in, shape (n, m)."""
+    """Whether the shot at each elevation and speed goes in from every barrel, shape (n, m)."""
 
     @classmethod
     def of(cls, task: ShotTask, stand: Stand) -> ShotBand:
-        """Return a grid around the shots that hit the middle of the target, with the simulated result of each shot."""
+        """Simulate a grid of shots around the shots that hit the middle of the opening, and return the grid.
+
+        Shots with less than 0.8 times or more than 1.3 times the speed that hits the middle are not simulated and count
+        as misses.
+        """
         elevations = _grid(task)
         middles = _to_middle(task, stand, elevations)
         most = task.max_speed * (1.0 + _SPARE_SPEED)
@@ -72,7 +77,10 @@ class ShotBand:
 
 
 def _grid(task: ShotTask) -> FloatArray:
-    """Return the elevations of the grid [rad], shape (n,)."""
+    """Return the elevations of the grid [rad], shape (n,): the shooter's range and a margin at both ends.
+
+    All elevations are above 0 and below pi / 2.
+    """
     low, high = task.elevations
     spare = math.ceil(_SPARE_ELEVATION / _ELEVATION_STEP)
     count = math.floor((high - low) / _ELEVATION_STEP + 1e-9)
@@ -97,25 +105,25 @@ def _to_middle(task: ShotTask, stand: Stand, elevations: FloatArray) -> FloatArr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotTableRow:
-    """Row of a shot table: a distance and the best shot from this distance."""
+    """Row of a shot table: the best shot from a distance, or the reason why there is no shot."""
 
     stand: Stand
-    """Position of the robot relative to the target; the bearing is valid only if there is a shot."""
+    """Distance and bearing of the robot relative to the target. The bearing is valid only if the row has a shot."""
     problem: str = ""
-    """Reason why there is no shot; empty for a row with a shot."""
+    """Reason why the row has no shot; empty for a row with a shot."""
     band: ShotBand | None = None
     """Grid of shots from the last position tried; None if the robot has no position on the field at the distance."""
     elevation: float = math.nan
-    """Elevation of the shot [rad]."""
+    """Elevation of the shot [rad]; NaN without a shot."""
     speed: float = math.nan
-    """Speed of the shot relative to the muzzle [m/s]."""
+    """Speed of the shot relative to the muzzle [m/s]; NaN without a shot."""
     shot: Mapping[str, Any] = field(default_factory=lambda: dict.fromkeys(_COLUMNS))
-    """Values by column name, which has the unit; None for missing values. Columns that need a note:
+    """Values of the shot by column name; None for missing values. Column names end in the unit.
 
-    - `slowest_mps`, `fastest_mps`, `flattest_deg`, `steepest_deg`: ends of the range of speeds or elevations that go in
-      while the other value is unchanged;
-    - `margin_sd`: distance to the nearest of these ends, in standard deviations of the scatter (of the default scatter
-      where a spread is 0).
+    - `slowest_mps`, `fastest_mps`: ends of the range of speeds that go in at the elevation of the shot;
+    - `flattest_deg`, `steepest_deg`: ends of the range of elevations that go in at the speed of the shot;
+    - `margin_sd`: distance to the nearest of these ends, in standard deviations of the scatter. The default scatter
+      replaces a spread of 0.
     """
     share: float | None = None
     """Fraction of scattered shots that go in [-]; None without a shot."""
@@ -123,7 +131,7 @@ class ShotTableRow:
 
 @dataclass(frozen=True, slots=True)
 class ShotTable:
-    """Shot table: rows with their task and scatter."""
+    """Shot table of a shooter and a target, computed for a scatter."""
 
     task: ShotTask
     scatter: Scatter
@@ -139,11 +147,11 @@ def make_table(
     task: ShotTask, distances: Iterable[float], *, scatter: Scatter | None = None,
     on_row: Callable[[ShotTableRow], object] = lambda row: None,
 ) -> ShotTable:  # fmt: skip
-    """Compute a shot table, with a row for each distance in rising order.
+    """Compute a shot table with one row per distance, in ascending order.
 
     Args:
         task: Shooter and target.
-        distances: Distances from the robot's origin to the middle of the target [m].
+        distances: Horizontal distances from the robot's origin to the middle of the target's opening [m].
         scatter: Scatter of the shots; None for the default scatter.
         on_row: Function that is called with each finished row.
     """
@@ -158,7 +166,7 @@ def make_table(
 
 
 def _row(task: ShotTask, match: Match, distance: float, scatter: Scatter) -> ShotTableRow:
-    """Return the row for a distance: the best shot from the first position with hits, or the reason for no shot."""
+    """Return the row for a distance: the best shot from the first usable position, or the reason for no shot."""
     problem, band = "the robot does not fit on the field there", None
     for stand in itertools.islice(_stands(task, match, distance), _MOST_PLACES):
         band = ShotBand.of(task, stand)
@@ -173,7 +181,10 @@ def _row(task: ShotTask, match: Match, distance: float, scatter: Scatter) -> Sho
 def _best(
     task: ShotTask, stand: Stand, band: ShotBand, shots: Sequence[tuple[int, int]], scatter: Scatter
 ) -> ShotTableRow:
-    """Return the row with the middle elevation of the shots whose margins are within 3 % of the best margin."""
+    """Return the row with the best shot among candidates (elevation index, speed index).
+
+    The best shot has the middle elevation of the shots whose margins are within 3 % of the best margin.
+    """
     margins = np.array([_margin(band, *shot, scatter) for shot in shots])
     good = np.nonzero(margins >= _AS_SAFE * margins.max())[0]
     number, column = shots[int(good[len(good) // 2])]
@@ -186,9 +197,10 @@ def _best(
 
 
 def _stands(task: ShotTask, match: Match, distance: float) -> Iterator[Stand]:
-    """Yield positions at a distance where the robot can stand and face the target, the most frontal position first.
+    """Yield positions at a distance where the robot fits on the field, the position in front of the opening first.
 
-    The robot is level on the carpet, and its bearing to the target is within 90 degrees of the opening's approach.
+    At each position, the robot is level on the carpet and the shooter points at the target. The bearing to the target
+    is within 90 degrees of the opening's approach direction. The function moves the robot of `match`.
     """
     chassis = match.robots[0].chassis
     for number in range(round(_FARTHEST_TURN / _TURN) + 1):
@@ -218,9 +230,9 @@ def _described(
 
 
 def _margin(band: ShotBand, number: int, column: int, scatter: Scatter) -> float:
-    """Return the distance of a shot from the nearest end of the speeds and elevations that go in [standard deviations].
+    """Return the margin of a shot: the distance to the nearest end of the speeds and elevations that go in.
 
-    Where the spread is 0, the unit is the standard deviation of the default scatter.
+    The unit is the standard deviation of the scatter, or of the default scatter if the spread is 0.
     """
     slowest, fastest = np.log(_around(band.speeds, band.inside[number], column)) - math.log(band.speeds[column])
     flattest, steepest = np.array(_around(band.elevations, band.inside[:, column], number)) - band.elevations[number]
@@ -231,18 +243,18 @@ def _margin(band: ShotBand, number: int, column: int, scatter: Scatter) -> float
 
 
 def _stretches(inside: BoolArray) -> list[tuple[int, int]]:
-    """Return the first and last index of each unbroken range of True."""
+    """Return the first and last index of each range of consecutive true values."""
     edges = np.nonzero(np.diff(np.pad(inside.astype(int), 1)))[0].tolist()
     return [(first, after - 1) for first, after in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _middle(inside: BoolArray) -> int:
-    """Return the middle index of the longest range of True."""
+    """Return the middle index of the longest range of consecutive true values."""
     first, last = max(_stretches(inside), key=lambda ends: ends[1] - ends[0])
     return (first + last) // 2
 
 
 def _around(values: FloatArray, inside: BoolArray, here: int) -> tuple[float, float]:
-    """Return the values at the ends of the range of True around an index."""
+    """Return the values at both ends of the range of true entries of `inside` that contains the index `here`."""
     first, last = next(ends for ends in _stretches(inside) if ends[0] <= here <= ends[1])
     return float(values[first]), float(values[last])

@@ -1,7 +1,7 @@
-"""Aiming task: a robot's shooter, a zone with an opening, and the robot's position relative to the zone.
+"""Simulation of shots of a robot's shooter at the opening of a scoring zone, many shots in one call.
 
-Many shots are computed at once, with the launch model of `simcore.robot.shooter`. The robot is at rest and level, and
-the turret, if there is one, is at zero.
+The launch model is that of `simcore.robot.shooter`. The robot is at rest and level. The turret, if the robot has one,
+is at angle zero.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from simcore.world.shapes import Sphere
 
 __all__ = ["ShotDraws", "ShotTask", "Stand"]
 
-_VOLTS = 12.0  # of a good battery
-_SPEED_RESERVE = 0.9  # share of the wheels' free speed; the rest is for control and battery sag; estimate
+_VOLTS = 12.0  # [V]; voltage of a charged battery
+_SPEED_RESERVE = 0.9  # fraction of the wheels' free speed; the rest is for control and battery sag; estimate
 _FLATTEST, _STEEPEST = degrees(5.0), degrees(87.0)
-_CORRECTIONS = 4  # iterations of the yaw, with which the muzzle turns
+_CORRECTIONS = 4  # iterations of the yaw, because the muzzle position depends on the yaw
 
 
 class Stand(NamedTuple):
@@ -45,13 +45,16 @@ class Stand(NamedTuple):
     """Bearing from the robot to the target, field frame [rad]."""
 
     def place(self, middle: FloatArray) -> tuple[float, float]:
-        """Return x and y of the robot's origin, field frame [m], given the middle of the opening."""
+        """Return x and y of the robot's origin, field frame [m], for a target opening with the middle at `middle`."""
         x, y, _ = middle.tolist()
         return x - self.distance * math.cos(self.bearing), y - self.distance * math.sin(self.bearing)
 
 
 class ShotDraws(NamedTuple):
-    """Random errors of n shots, shape (n,) each: angle errors are added [rad], all other errors are factors [-]."""
+    """Random errors of n shots, with arrays of shape (n,).
+
+    The errors of elevation and azimuth are added to the angles [rad]. All other errors are factors [-].
+    """
 
     exit_speed: FloatArray
     elevation: FloatArray
@@ -84,21 +87,21 @@ class ShotDraws(NamedTuple):
 
 
 class ShotTask:
-    """Shooter and target of an aiming task.
+    """Shooter and target of simulated shots.
 
-    Intended shots are given by `elevation` [rad] and `speed` relative to the muzzle [m/s], shape (n,) each, from a
-    robot at a `stand`.
+    The arguments `elevation` [rad] and `speed` relative to the muzzle [m/s], both of shape (n,), describe the intended
+    shots. The argument `stand` is the position of the robot.
 
     Args:
-        game: Game with the field and pieces.
-        robot: Config with the shooter; None for the game's robot.
-        target: Name of the target zone; None for the first zone of the alliance.
+        game: Game that provides the field and the pieces.
+        robot: Config of a robot with a shooter; None for the game's robot.
+        target: Name of the target zone; None for the first zone with an opening, of the alliance if possible.
         alliance: Alliance of the target zone if `target` is None.
         shooter: Number of the shooter, from 0.
 
     Raises:
-        ConfigError: If the robot has no such shooter, the shooter's piece is not a ball, the hood has no stops, or the
-            game has no zone with an opening for the piece.
+        ConfigError: If the robot has no shooter with this number, a wheel of the shooter has no motor, the piece is not
+            a ball, the hood has no stops or no usable elevation, or the game has no zone with an opening for the piece.
         UnknownNameError: If the target does not exist.
     """
 
@@ -125,9 +128,9 @@ class ShotTask:
         self.opening = opening
         self.kind = self._kind()
         self.max_speed = self._max_speed()
-        """Speed of the fastest shot [m/s]."""
+        """Speed of the fastest shot relative to the muzzle [m/s], at 90 % of the wheels' free speed at 12 V."""
         self.min_speed = self.shooter.exit_speed([self.shooter.min_wheel_speed] * len(self.shooter.wheels))
-        """Speed of the slowest shot [m/s]."""
+        """Speed of the slowest shot relative to the muzzle [m/s]."""
         self.elevations = self._elevations()
         """Lowest and highest elevation of a shot [rad]; equal without a hood."""
 
@@ -187,21 +190,25 @@ class ShotTask:
         return within
 
     def hood_for(self, elevation: float) -> float | None:
-        """Return the hood angle for an elevation [rad]; None without a hood."""
+        """Return the hood angle [rad] for an elevation [rad]; None without a hood."""
         shooter = self.shooter
         return None if shooter.hood is None else (elevation - shooter.elevation) / shooter.elevation_per_hood
 
     # --- shots ------------------------------------------------------------------------------------------------------
 
     def robot_pose(self, stand: Stand, yaw: float) -> tuple[FloatArray, FloatArray]:
-        """Return the position [m] and attitude (x, y, z, w) of a robot whose shooter points along a yaw [rad]."""
+        """Return the pose, field frame, of a robot at a stand whose shooter points along a yaw [rad].
+
+        Returns:
+            Position [m], shape (1, 3), and attitude quaternion (x, y, z, w), shape (1, 4).
+        """
         half = 0.5 * (yaw - self.shooter.launch.heading)
         return np.array([(*stand.place(self.opening.middle), 0.0)]), np.array(
             [(0.0, 0.0, math.sin(half), math.cos(half))]
         )
 
     def muzzle(self, stand: Stand, yaw: float) -> FloatArray:
-        """Return the mean muzzle position of a robot that shoots along a yaw [rad], field frame [m], shape (3,)."""
+        """Return the mean muzzle position of a shooter that points along a yaw [rad], field frame [m], shape (3,)."""
         pos, rotation = self.robot_pose(stand, yaw)
         middle = replace(self.shooter.launch, barrels=(float(np.mean(self.barrels)),))
         place: FloatArray = (pos + to_field(rotation, muzzle_offset(middle)))[0]
@@ -222,7 +229,7 @@ class ShotTask:
         """Return the balls of n shots at the muzzle, with position, velocity and spin.
 
         Args:
-            stand: Position of the robot, which aims at the middle of the opening.
+            stand: Position of the robot; the robot aims at the middle of the opening.
             elevation: Intended elevations [rad], shape (n,).
             speed: Intended speeds relative to the muzzle [m/s], shape (n,).
             barrel: Number of the barrel, for all shots or for each shot.
@@ -241,24 +248,29 @@ class ShotTask:
 
     @cached_property
     def field(self) -> StandingField:
-        """Static field of the game."""
+        """Static collision model of the game's field."""
         return StandingField.of(self.game.field.load().elements, CARPET)
 
     def fly(self, balls: Balls, *, clean: bool = False) -> ShotOutcomes:
-        """Fly balls through the field and return the outcomes; `clean` is explained at `fly_shots`."""
+        """Simulate the flights of balls through the field, and return the outcomes.
+
+        Args:
+            balls: Balls at the start of the flight.
+            clean: Whether to end the flight of a shot that misses the opening or touches the rim or an obstacle.
+        """
         return fly_shots(self.field, balls, self.opening, self.zone.zone, downward=self.zone.downward, clean=clean)
 
     def hits(self, stand: Stand, elevation: FloatArray, speed: FloatArray, draws: ShotDraws | None = None) -> BoolArray:
-        """Return whether each of n shots goes in, for each of m intended shots, shape (m, n).
+        """Simulate n shots for each of m intended shots, and return whether each shot goes in, shape (m, n).
 
-        The n shots are spread evenly over the barrels.
+        The n shots are distributed evenly over the barrels.
 
         Args:
             stand: Position of the robot.
             elevation: Intended elevations [rad], shape (m,).
             speed: Intended speeds relative to the muzzle [m/s], shape (m,).
-            draws: Errors of n shots, which may touch rim and board; None for one shot without errors per barrel, which
-                counts only without touching rim or board.
+            draws: Errors of the n shots; None for one shot without errors from each barrel. A shot without errors
+                counts only if the ball does not touch the rim or the board of the target.
         """
         d = draws or ShotDraws.none(len(self.barrels))
         m, n = len(speed), len(d.elevation)
@@ -273,5 +285,5 @@ class ShotTask:
         return goes_in.reshape(m, n)
 
     def share(self, stand: Stand, elevation: float, speed: float, draws: ShotDraws) -> float:
-        """Return the fraction of scattered shots around an intended shot that go in [-]."""
+        """Simulate an intended shot with random errors, and return the fraction of the shots that go in [-]."""
         return float(self.hits(stand, np.array([elevation]), np.array([speed]), draws).mean())

@@ -1,4 +1,4 @@
-"""Command `simcore shots`: shot table of a shooter over distance, with the fraction of scattered shots that go in."""
+"""Command `simcore shots`, which computes the shot table of a shooter: the best shot at each distance."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _FILES = ("shots.csv", "shot_table.py", "shots.html")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
+    """Add the arguments and options of `simcore shots`."""
     add = parser.add_argument
     add("game", nargs="?", metavar="GAME", help="game (default: the newest installed one)")
     add("--robot", metavar="FILE.toml", help="robot in place of the game's: a simcore.toml, or module:function")
@@ -57,7 +57,10 @@ def _distances(text: str) -> tuple[float, ...]:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compute a shot table, print it and write the CSV, Python and HTML files; return 0, or 1 if no row has a shot.
+    """Compute a shot table, print the table, and write the CSV, Python and HTML files.
+
+    Returns:
+        Exit status: 0, or 1 if no row has a shot.
 
     Raises:
         SimcoreError: If the table cannot be computed or written.

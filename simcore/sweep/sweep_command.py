@@ -1,4 +1,4 @@
-"""Command `simcore sweep`: plays an auto or a match many times and reports success rates and statistics."""
+"""Command `simcore sweep`, which plays an auto or a match many times and reports success rates and statistics."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ __all__ = [
 
 PAGE_NAME = "page.html"
 takes_command = True
-"""Whether the words after `--` are passed to this module, which uses them as the command for `--serve`."""
+"""Whether the command line passes the words after `--` to this command; here the words are the command of `--serve`."""
 _COUNT = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
 _WORKERS = number_flag(Quantity("", 0, 100_000, is_whole=True))
 _SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
@@ -53,8 +53,8 @@ _RUN = number_flag(Quantity("", 0, 10_000_000, is_whole=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.allow_abbrev = False  # or `--seed 7`, which single runs have, would mean `--seeds 7`
+    """Add the arguments and options of `simcore sweep`."""
+    parser.allow_abbrev = False  # otherwise `--seed 7`, an option of single runs, would mean `--seeds 7`
     parser.add_argument("game", nargs="?", metavar="GAME", help="game (default: the newest installed one)")
     parser.add_argument("--auto", metavar="NAME", help="auto (default: the game's first, or the chooser's)")
     parser.add_argument("--project", type=Path, metavar="FOLDER", help="folder of a robot.py, whose code plays")
@@ -105,7 +105,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_played_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of single runs (such as duration, alliance, players and engine) and the number of processes."""
+    """Add the options that describe a run (duration, alliance, players, engine, ...) and the number of processes."""
     parser.add_argument(
         "--seconds", type=_SECONDS, metavar="S", help="simulated time (default: the auto, or the match)"
     )
@@ -113,8 +113,8 @@ def add_played_options(parser: argparse.ArgumentParser) -> None:
         "--alliance", choices=("blue", "red"), default="blue", help="alliance of the robot (default: blue)"
     )
     players = "players of a whole match, ROLE[:LEVEL] separated by commas; 'me' plays --auto"
-    parser.add_argument("--red", metavar="PLAYERS", default="", help=players)
-    parser.add_argument("--blue", metavar="PLAYERS", default="", help="likewise")
+    parser.add_argument("--red", metavar="PLAYERS", default="", help=f"red {players}")
+    parser.add_argument("--blue", metavar="PLAYERS", default="", help=f"blue {players}")
     parser.add_argument(
         "--option", dest="options", action="append", default=[], metavar="NAME", help="option of the game to switch on"
     )
@@ -128,7 +128,7 @@ def add_played_options(parser: argparse.ArgumentParser) -> None:
 
 
 def experiment_fields(options: argparse.Namespace) -> dict[str, Any]:
-    """Return fields of an `Experiment` from the options with the same names."""
+    """Return the fields of an `Experiment` that have the same names as command-line options."""
     names = "game auto alliance red blue seconds options engine robot project timeout"
     return {name: getattr(options, name) for name in names.split()}
 
@@ -145,7 +145,10 @@ def scatter_option(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Play the sweep and return the exit status: 0 if all runs are complete, 1 if some failed, 130 if interrupted.
+    """Play the sweep, print a summary and write the page; with `--repeat`, play one run of an earlier sweep again.
+
+    Returns:
+        Exit status: 0 if no run ended with an error, 1 if at least one run ended with an error, 130 after an interrupt.
 
     Raises:
         SimcoreError: If the sweep cannot be played.
@@ -176,7 +179,10 @@ def run(options: argparse.Namespace) -> int:
 
 @contextmanager
 def sigterm_as_interrupt() -> Iterator[None]:
-    """Treat SIGTERM like Ctrl-C in the main thread, so that the workers of a sweep end with the sweep."""
+    """Raise `KeyboardInterrupt` on SIGTERM in the block, because an interrupted sweep ends the worker processes.
+
+    The context manager has no effect outside the main thread.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -218,7 +224,10 @@ def _require_columns(text: str, options: argparse.Namespace) -> None:
 
 
 def chosen_scatter(options: argparse.Namespace) -> Scatter | None:
-    """Return the scatter in the options, or else None if the project's file sets the scatter, or else the default."""
+    """Return the scatter of the options, or the default scatter if `--scatter` is missing.
+
+    If `--scatter` is missing and the project's `simcore.toml` sets a scatter, return None.
+    """
     if options.scatter is not None:
         found: Scatter = options.scatter
         return found
@@ -228,15 +237,15 @@ def chosen_scatter(options: argparse.Namespace) -> Scatter | None:
 
 
 def _print_replays(results: Results, out: Path) -> None:
-    """Print the command that repeats a run for each error of the summary."""
+    """Print, for each different error, the command that repeats the first run with this error."""
     for number in {row["error"]: row["run"] for row in reversed(results.failures)}.values():
         print(f"run {number} alone: simcore sweep --out {shlex.quote(str(out))} --repeat {number}")
 
 
 def _repeat(options: argparse.Namespace) -> int:
-    """Play a run of a store again with output on the console, write the log and the page, and return 0.
+    """Play a stored run again with console output, write the log and the page of the run, and return exit status 0.
 
-    An error of the run is raised with a full traceback.
+    The function does not catch errors of the run. The page is also written for a run that fails.
     """
     if options.out is None:
         raise ConfigError("--repeat needs --out: the folder whose run it is")
@@ -252,13 +261,16 @@ def _repeat(options: argparse.Namespace) -> int:
     try:
         for name, value in play_aloud(experiment, planned, log).items():
             print(f"    {name:24} {value}")
-    finally:  # a run that fails is drawn up to its failure
+    finally:  # the page of a failed run shows the run up to the failure
         _draw(log)
     return 0
 
 
 def _draw(log: Path) -> None:
-    """Write the page of a log and print both paths; print why there is no page instead of raising an error."""
+    """Write the page of a log, and print the paths of the page and the log; do nothing if the log does not exist.
+
+    If the page cannot be written, print the reason instead of raising an error.
+    """
     if not log.is_file():  # the run failed before it began
         return
     try:
@@ -269,9 +281,9 @@ def _draw(log: Path) -> None:
 
 
 def play_aloud(experiment: Experiment, planned: PlannedRun, log: Path) -> dict[str, Any]:
-    """Play a run with a log and return its metrics and digest, without catching errors.
+    """Play a run with a log and console output, and return the metrics and the digest of the run.
 
-    A robot project has its own process, because a process can hold only one program.
+    A run of a robot project is played in a new process, because a process can run only one robot program.
 
     Raises:
         SimcoreError: If the run cannot be played or the robot's code fails.
@@ -287,7 +299,11 @@ def play_aloud(experiment: Experiment, planned: PlannedRun, log: Path) -> dict[s
 
 @contextmanager
 def progress(count: int) -> Iterator[Callable[[dict[str, Any], int], None]]:
-    """Show a progress bar on a terminal, and yield the function that updates the bar, for `on_row` of `sweep`."""
+    """Show a progress bar on a terminal, and yield the `on_row` function for `sweep` that updates the bar.
+
+    Args:
+        count: Number of runs.
+    """
     columns = (
         TextColumn("runs"),
         BarColumn(),
@@ -308,7 +324,7 @@ def progress(count: int) -> Iterator[Callable[[dict[str, Any], int], None]]:
 
 
 def _seeds(text: str) -> tuple[int, ...]:
-    """Parse the seeds on the command line.
+    """Parse seeds on the command line: a count, a range `first:end` without the end, or a list.
 
     >>> _seeds("3"), _seeds("5:8"), _seeds("1,7")
     ((0, 1, 2), (5, 6, 7), (1, 7))

@@ -1,4 +1,4 @@
-"""Results of a sweep as text for a terminal and as a page for a browser."""
+"""Text summary and HTML pages of the results of a sweep."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ _NAMES = {
     "seconds": "duration [s]", "taken_in": "taken in", "last_shot_s": "time of the last shot [s]",
     "hit_share": "share of hits", "flying": "in the air at the end",
 }  # fmt: skip
-"""Names of metrics for readers, where these differ from the column names."""
+"""Labels of metrics on the page, by column name; the label of any other metric is the column name."""
 _HEADS = ("metric", *("median" if q == 50 else f"{q:g} %" for q in PERCENTILES))
 
 
 def summary_text(results: Results, condition: str = "") -> str:
-    """Return the text for a terminal: counts, success rates, effects of factors, percentiles and errors.
+    """Return a summary for the terminal: counts, success rates, effects of factors, percentiles and errors.
 
     Args:
         results: Results of a sweep.
@@ -65,12 +65,12 @@ def summary_text(results: Results, condition: str = "") -> str:
 
 
 def sweep_page(results: Results, condition: str, folder: Path) -> str:
-    """Return the page of a sweep.
+    """Return the HTML page of a sweep: success rate, charts over the factors, distributions and tables of runs.
 
     Args:
         results: Results of the sweep.
         condition: Condition of a success; empty for no condition.
-        folder: Folder of the store, for the command that repeats a run.
+        folder: Folder of the store. The page quotes the folder in the command that repeats a run.
     """
     blocks = [_headline(results, condition)]
     if condition and (found := results.success(condition)).n:
@@ -86,13 +86,15 @@ def sweep_page(results: Results, condition: str, folder: Path) -> str:
 
 
 def comparison_page(results: Results, metric: str, difference: PairedDifference, folder: Path) -> str:
-    """Return the page that compares two variants, the two values of the first factor, on common axes.
+    """Return the HTML page that compares two variants: the two values of the first factor.
+
+    Charts show the distributions of both variants on common axes.
 
     Args:
         results: Results of both variants.
         metric: Column or condition to compare.
-        difference: Difference of the metric between the variants.
-        folder: Folder of the store.
+        difference: Paired difference of the metric, second variant minus first variant.
+        folder: Folder of the store. The page quotes the folder in the command that repeats a run.
     """
     factor = results.factors[0]
     old, new = results.factor_values(factor)
@@ -115,7 +117,7 @@ def comparison_page(results: Results, metric: str, difference: PairedDifference,
 
 
 def number_text(value: float | str) -> str:
-    """Format a number with three digits, or without decimals from 1000 on; words are unchanged.
+    """Format a number with three significant digits, or as a whole number from 1000 on; text is unchanged.
 
     >>> [number_text(value) for value in (0.30000000000000004, 32, 1234.567, -0.0, "left")]
     ['0.3', '32', '1235', '0', 'left']
@@ -126,7 +128,10 @@ def number_text(value: float | str) -> str:
 
 
 def _headline(results: Results, condition: str) -> Block:
-    """Return the headline: the success rate, or the median of the main metric if there is no condition."""
+    """Return the headline block: the success rate, or the median of the main metric if `condition` is empty.
+
+    If no run has a metric, the headline is the number of runs.
+    """
     counts = _counts(results)
     if condition:
         share = results.success(condition)
@@ -171,9 +176,9 @@ def _name(metric: str) -> str:
 
 
 def _main_metric(results: Results, condition: str = "") -> str:
-    """Return the metric that is drawn over the factors; empty if no run has a metric.
+    """Return the name of the metric for the charts over the factors; empty if no run has a metric.
 
-    Metrics that differ between runs come first: those in the condition, then the score, then all others.
+    Metrics that differ between runs have priority: first the metrics in the condition, then the score, then all others.
     """
     first, varied = [*(Condition(condition).names if condition else ()), "score"], _varied_metrics(results)
     wanted = [*(name for name in first if name in varied), *varied, *first]
@@ -181,7 +186,10 @@ def _main_metric(results: Results, condition: str = "") -> str:
 
 
 def _varied_metrics(results: Results) -> list[str]:
-    """Return the metrics that differ between runs; of metrics that are equal in every run, only the first."""
+    """Return the metrics that differ between runs.
+
+    If several metrics have the same value in every run, return only the first of these metrics.
+    """
     found: dict[tuple[Any, ...], str] = {}
     for name in results.metrics:
         values = tuple(row.get(name) for row in results.finished)
@@ -191,7 +199,7 @@ def _varied_metrics(results: Results) -> list[str]:
 
 
 def _spread_metrics(results: Results) -> list[str]:
-    """Return the metrics whose range over all runs is above a thousandth of the largest value, and above 0.001."""
+    """Return the metrics with a range over all runs that exceeds 0.1 % of the largest absolute value, and 0.001."""
     found = []
     for name in _varied_metrics(results):
         values = results.values(name)
@@ -211,9 +219,9 @@ def _percentile_rows(results: Results) -> list[list[Any]]:
 
 
 def _responses(results: Results, factor: str, condition: str, main: str) -> Iterator[Block]:
-    """Yield charts of the success rate and the main metric over a factor.
+    """Yield charts of the success rate and of the main metric over a factor.
 
-    For a factor with many values, each run is a point.
+    For a factor with more than 12 values, the only chart shows the main metric of each run as a point.
     """
     values = results.factor_values(factor)
     has_few = len(values) <= MOST_VALUES
@@ -242,7 +250,7 @@ def _over(title: str, factor: str, points: Sequence[tuple[Any, ...]], label: str
 
 
 def _distribution(metric: str, sides: dict[str, Results]) -> Block:
-    """Return a chart of the distribution of a metric over runs: bars for one side, steps for two sides."""
+    """Return a histogram of a metric over all runs, with bars for one set of results and steps for several sets."""
     values = {name: side.values(metric) for name, side in sides.items()}
     values = {name: found[np.isfinite(found)] for name, found in values.items()}
     edges = _bin_edges(np.concatenate([*values.values()]))
@@ -255,7 +263,7 @@ def _distribution(metric: str, sides: dict[str, Results]) -> Block:
 
 
 def _bin_edges(values: FloatArray) -> FloatArray:
-    """Return the edges of a histogram's bars: whole numbers are centered in bars; other values have up to 24 bars."""
+    """Return the edges of up to about 24 histogram bins; the bins of whole numbers are centered on whole numbers."""
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
     if np.array_equal(values, np.round(values)):
         step = max(1, math.ceil((high - low + 1) / _BINS))
@@ -267,7 +275,7 @@ def _bin_edges(values: FloatArray) -> FloatArray:
 
 
 def _run_tables(results: Results, main: str, folder: Path) -> Iterator[Block]:
-    """Yield tables of the runs with the lowest main metric and of failed runs."""
+    """Yield a table of the 10 runs with the lowest main metric, and a table of the first 20 failed runs."""
     heads = ("run", "seed", *results.factors)
     again = f"to see one: simcore sweep --out {shlex.quote(str(folder))} --repeat RUN"
     known = [row for row in results.finished if main and row.get(main) is not None]

@@ -1,4 +1,4 @@
-"""Statistics of many runs with confidence intervals: shares of successes and differences on common seeds."""
+"""Statistics of many runs: success rates and paired differences with confidence intervals, and percentiles."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _RESAMPLES, _AT_ONCE = 2000, 1_000_000  # resampled means, and numbers drawn at 
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """Share of successes with its confidence interval.
+    """Success rate with a confidence interval.
 
     >>> print(wilson_share(38, 50))
     38 of 50 = 76 % (95 % interval 63 to 86 %)
@@ -33,20 +33,20 @@ class Share:
     n: int
     """Number of trials."""
     lower: float
-    """Lower end of the interval, 0 to 1."""
+    """Lower end of the interval of the success rate, 0 to 1."""
     upper: float
-    """Upper end of the interval, 0 to 1."""
+    """Upper end of the interval of the success rate, 0 to 1."""
     confidence: float = CONFIDENCE
     """Confidence level of the interval, 0 to 1."""
 
     @property
     def value(self) -> float:
-        """Share of successes; NaN without trials."""
+        """Success rate, 0 to 1; NaN without trials."""
         return self.k / self.n if self.n else math.nan
 
     @property
     def interval(self) -> str:
-        """Interval as text, e.g. `84 to 100 %`."""
+        """Interval of the success rate as text, e.g. `84 to 100 %`."""
         return f"{100 * self.lower:.0f} to {100 * self.upper:.0f} %"
 
     def __str__(self) -> str:
@@ -56,7 +56,9 @@ class Share:
 
 
 def wilson_share(k: int, n: int, confidence: float = CONFIDENCE) -> Share:
-    """Return a share with Wilson's score interval, which is valid even for few runs and shares near 0 and 1.
+    """Return a success rate with Wilson's score interval.
+
+    The interval is valid also for few runs and for success rates near 0 and 1.
 
     >>> share = wilson_share(10, 10)
     >>> round(share.lower, 3), share.upper
@@ -89,7 +91,7 @@ def wilson_share(k: int, n: int, confidence: float = CONFIDENCE) -> Share:
 
 
 def percentiles(values: FloatArray, at: Sequence[float] = PERCENTILES) -> list[float]:
-    """Return percentiles of the finite values, NaN without finite values; 50 is the median.
+    """Return the percentiles `at` (0 to 100) of the finite values; NaN if no value is finite.
 
     >>> percentiles([1.0, 2.0, math.nan, 3.0], (0, 50))
     [1.0, 2.0]
@@ -101,10 +103,10 @@ def percentiles(values: FloatArray, at: Sequence[float] = PERCENTILES) -> list[f
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairedDifference:
-    """Mean difference between two variants, paired by seed, with a 95 % interval."""
+    """Mean difference between two variants that were run with the same seeds, with a 95 % confidence interval."""
 
     n: int
-    """Number of seeds."""
+    """Number of pairs, one per seed."""
     mean: float
     """Mean of the second variant minus the first."""
     lower: float
@@ -129,10 +131,11 @@ class PairedDifference:
 
 
 def paired_difference(first: Sequence[float] | FloatArray, second: Sequence[float] | FloatArray) -> PairedDifference:
-    """Return the mean difference of pairs with a 95 % bootstrap interval, from pairs drawn with replacement.
+    """Return the mean difference of paired values with a 95 % bootstrap interval.
 
-    A bootstrap interval is too narrow for few seeds, so the interval is widened by the ratio of Student's t interval to
-    the bootstrap interval of normal differences. Differences below the printed digits count as zero.
+    A bootstrap interval of few pairs is too narrow. The function therefore widens the interval by the ratio of the
+    Student's t interval to the bootstrap interval of normally distributed differences. Differences that are too small
+    to change a printed number (relative 0.0005, absolute 1e-6) count as zero.
 
     >>> print(paired_difference([1, 4, 2, 3], [2, 5, 3, 4]))
     +1 (95 % interval +1 to +1), 4 seeds: 4 more, 0 less, 0 equal
@@ -142,7 +145,7 @@ def paired_difference(first: Sequence[float] | FloatArray, second: Sequence[floa
         second: Value of the second variant for each seed, in the order of `first`, shape (n,).
 
     Raises:
-        ConfigError: If there are fewer than two pairs or values are not finite.
+        ConfigError: If the shapes differ, there are fewer than two pairs, or a value is not finite.
 
     Source: T. Hesterberg, Am. Stat. 69 (2015) 371, "expanded" percentile interval.
     """

@@ -1,9 +1,9 @@
-"""Processes that play runs, on this machine or on a Dask cluster; rows are equal to the last bit on both.
+"""Worker processes that play runs on this machine or on a Dask cluster, with bit-identical results.
 
-Each process is a joblib loky pool with a single worker, so the waiting thread can tell which process has died and can
-end a process that takes too long. The process of a robot project plays only one run; other processes are kept for
-further runs. On a cluster, each Dask worker has processes on its own machine. (`joblib.Parallel` is not used: with Dask
-it waits forever for the task of a lost worker, because callbacks of the backend are not called.)
+Each process is a joblib loky pool with a single worker. The waiting thread can therefore identify a process that died,
+and can end a process that takes too long. The process of a robot project plays only one run; other processes play
+further runs. On a cluster, each Dask worker starts processes on the worker's machine. (`joblib.Parallel` with Dask
+would wait forever for the task of a lost worker, because Dask does not call the callbacks of the backend.)
 """
 
 from __future__ import annotations
@@ -35,12 +35,15 @@ from simcore.sweep.one_run import failed_row, play_run
 
 __all__ = ["Crew", "play_all"]
 
-_CONNECT = 10.0  # [s] time limit for the answer of a scheduler with a worker
-_LOOKS = 0.5  # [s] between two checks of the parent process
-_IDLE = 60.0  # [s] after which an idle process ends
-_LAST_WORDS = 300  # characters of the output of a dead process
+_CONNECT = 10.0  # [s]; time limit for the connection to a scheduler with a worker
+_LOOKS = 0.5  # [s]; time between two checks of the parent process
+_IDLE = 60.0  # [s]; time after which an idle process ends
+_LAST_WORDS = 300  # number of characters of a dead process's output in the error of the row
 _FROM_START = {"PYTHONHASHSEED": "0", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-"""Environment of a process: sets in robot code have a fixed order, and numpy does not start a thread for each core."""
+"""Environment variables of a worker process.
+
+The variables fix the iteration order of sets in robot code, and keep numpy from starting a thread per core.
+"""
 
 Row = dict[str, Any]
 
@@ -48,19 +51,22 @@ Row = dict[str, Any]
 def play_all(
     experiment: Experiment, runs: Sequence[PlannedRun], *, workers: int | None = None, cluster: str | None = None
 ) -> Iterator[Row]:
-    """Play runs, and yield each row as soon as it is ready; closing the iterator ends the processes.
+    """Play runs, and yield the row of each run at the end of the run.
+
+    Closing the iterator ends the processes.
 
     Args:
         experiment: Experiment of the runs.
-        runs: Runs, in the order in which they begin.
-        workers: Number of processes on this machine; None for one process per core; 0 to play in this process, except
-            runs of a robot project.
-        cluster: Address of a Dask scheduler, e.g. `tcp://10.0.0.5:8786`, whose workers play instead of this machine.
+        runs: Runs to start, in this order.
+        workers: Number of processes on this machine; None for one process per core; 0 to play in this process. A run of
+            a robot project always plays in a separate process.
+        cluster: Address of a Dask scheduler, e.g. `tcp://10.0.0.5:8786`; the workers of the cluster play the runs. None
+            to play on this machine.
 
     Raises:
-        ConfigError: If the scheduler cannot be reached, or its workers have another version of simcore.
+        ConfigError: If the scheduler cannot be reached, or if a worker of the cluster has another version of simcore.
         VendorError: If Dask is not installed.
-        SimcoreError: If the scheduler is lost during the sweep.
+        SimcoreError: If the connection to the scheduler is lost during the sweep.
     """
     common = experiment.common
     if workers == 0 and cluster is None and experiment.project is None:
@@ -91,8 +97,8 @@ class Crew:
     """Pool of processes on this machine, one process for each simultaneous run.
 
     Args:
-        is_quiet: Whether to hide the output of runs from the terminal; if a process dies, the row's error quotes the
-            last output of the process.
+        is_quiet: Whether to hide the console output of runs. If a process then dies, the error in the row of the run
+            quotes the last output of the process.
     """
 
     def __init__(self, *, is_quiet: bool = True) -> None:
@@ -103,9 +109,10 @@ class Crew:
         self._is_closed = False
 
     def play(self, common: Experiment, planned: PlannedRun, log: Path | None = None) -> Row:
-        """Play a run in a process and return the run's row; repeat the run once if the process dies.
+        """Play a run in a process of the pool, and return the row of the run.
 
-        A run that takes longer than the experiment's timeout is ended, and its row has an error.
+        If the process dies, play the run once more in another process. If the run takes longer than the experiment's
+        timeout, end the process and return a row with an error.
 
         Args:
             common: Experiment without factors and seeds, from `Experiment.common`.
@@ -161,7 +168,7 @@ class Crew:
                 os.unlink(output)
 
     def _death(self, process: ProcessPoolExecutor, error: BaseException) -> str:
-        """Return a sentence with the exit code and the last output of a process that died."""
+        """Return the error text for a process that died, with the exit code and the last output of the process."""
         found = re.search(r"exit codes of the workers are \{(.+?)\}", str(error))
         text = ""
         with suppress(OSError, KeyError):
@@ -175,7 +182,10 @@ class Crew:
 
 
 def _begin(parent: int, output: str) -> None:
-    """Ignore Ctrl-C, end soon after the parent process (not on Windows), and write all output to a file."""
+    """Prepare a worker process: ignore Ctrl-C, and redirect all output to the file `output` (empty for no redirection).
+
+    On Linux and macOS, also start a thread that ends the process within 0.5 s of the end of the parent process.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     never = threading.Event()
 
@@ -194,7 +204,7 @@ def _begin(parent: int, output: str) -> None:
 
 
 def _prepare(is_project: bool) -> None:
-    """Import the modules that play runs, so that the time of a run does not include imports."""
+    """Import the modules that play runs, because the time limit of a run must not include imports."""
     import_module("simcore.robotcode.sim.project_run" if is_project else "simcore.match.runner")
 
 
@@ -214,7 +224,7 @@ def _threads(count: int) -> Iterator[tuple[Submit, int]]:
 
 
 _crew = Crew()
-"""Processes of this worker of a Dask cluster."""
+"""Pool of processes for the runs that a Dask worker plays in this process."""
 
 
 def _play_on_cluster(common: Experiment, planned: PlannedRun, version: str) -> Row:
@@ -226,10 +236,10 @@ def _play_on_cluster(common: Experiment, planned: PlannedRun, version: str) -> R
 
 @contextmanager
 def _dask(address: str) -> Iterator[tuple[Submit, int]]:
-    """Connect to a Dask scheduler; yield a function that submits a run, and the number of runs to submit at once.
+    """Connect to a Dask scheduler, and yield a function that submits a run and the number of runs to submit at once.
 
     Raises:
-        ConfigError: If no scheduler answers, or its workers have another version of simcore.
+        ConfigError: If no scheduler with a worker answers, or a worker has another version of simcore.
         VendorError: If Dask is not installed.
     """
     try:
@@ -253,7 +263,7 @@ def _dask(address: str) -> Iterator[tuple[Submit, int]]:
                     "the same on all machines"
                 )
         pool = client.get_executor(pure=False)
-        width = 2 * sum(client.nthreads().values())  # two runs a thread, so that no worker waits for a run
+        width = 2 * sum(client.nthreads().values())  # two runs per thread, so no worker has to wait for a run
         yield lambda common, planned: pool.submit(_play_on_cluster, common, planned, code_version()), width
 
 

@@ -1,1 +1,1 @@
-"""Telemetry: snapshots of the simulation, and their storage in memory and in logs."""
+"""Telemetry: snapshots of the simulation, and storage of snapshots in memory and in logs."""

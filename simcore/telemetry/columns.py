@@ -1,6 +1,7 @@
-"""Numbers of a run as columns: each key has a fixed column, and a tick is one row for each type.
+"""Tables of the numbers of a run: each type of value has a table, with a column for each key and a row for each tick.
 
-A new key gets the next column. A value that is not published in a tick is a gap: a number that no computation yields.
+A new key gets the next column. A gap marks a value that is not published in a tick. A gap is a number that no
+computation yields.
 """
 
 from __future__ import annotations
@@ -19,33 +20,33 @@ from simcore.typing import BoolArray, IntArray
 __all__ = ["FIELDS", "GAP", "Changes", "Columns", "Table"]
 
 Block = npt.NDArray[Any]
-"""Row of all columns of one type, shape (n,), or (n, 7) for poses."""
+"""Row of a table with n columns: values of one type, shape (n,), or (n, 7) for poses."""
 
 _GAP_BITS = 0x7FF8_0000_DEAD_0001
 GAP = float(np.array(_GAP_BITS).view(np.float64))
-"""NaN with the bits `_GAP_BITS`, for a missing value."""
+"""NaN with the bits `_GAP_BITS`, which marks a missing float value."""
 FIELDS: dict[str, tuple[Any, tuple[int, ...], Any]] = {
     "poses": (np.float64, (7,), GAP),
     "doubles": (np.float64, (), GAP),
     "integers": (np.int64, (), -0x7FF8_DEAD_BEEF_0001),
     "booleans": (np.uint8, (), 255),
 }
-"""Type, shape and gap of a value, by field of a `Snapshot`."""
+"""Numpy type of the values, shape of a value, and number that marks a gap, by field of `Snapshot`."""
 
 
 class Table:
-    """Columns of the keys of one type.
+    """Assignment of keys to columns, for values of one type.
 
     Args:
-        field: Field of a snapshot, one of `FIELDS`.
-        keys: Keys of the first columns.
+        field: Field of `Snapshot` with the values, a key of `FIELDS`.
+        keys: Keys of the first columns, in order.
     """
 
     def __init__(self, field: str, keys: Iterable[str] = ()) -> None:
         self.field = field
         self.dtype, self.shape, self.gap = FIELDS[field]
         self.keys = list(keys)
-        """Keys in the order of columns."""
+        """Keys in the order of the columns."""
         self.places = {key: place for place, key in enumerate(self.keys)}
         """Column index of each key."""
         self._other: tuple[Table | None, IntArray, bool] = (None, np.zeros(0, np.int64), False)
@@ -58,21 +59,21 @@ class Table:
         return self.places[key]
 
     def empty(self, *rows: int) -> Block:
-        """Return a row of gaps, or an array of such rows with a leading shape `rows`."""
+        """Return a row in which all values are gaps, or an array of such rows, with `rows` as the first dimensions."""
         return np.full((*rows, len(self.keys), *self.shape), self.gap, self.dtype)
 
     def gaps(self, block: Block) -> BoolArray:
-        """Return a mask of the gaps in one or more rows."""
+        """Return a mask of the gaps in one or several rows; the mask has no dimension for the pose components."""
         bits = block[..., 0] if self.shape else block
         found: BoolArray = bits.view(np.int64) == _GAP_BITS if self.dtype == np.float64 else bits == self.gap
         return found
 
     def values(self, block: Block) -> Any:
-        """Return the values of a row, including gaps, in the types of a snapshot."""
+        """Return the values of a row, including gaps: a list of Python values, or an array of poses."""
         return block if self.shape else block.astype(bool).tolist() if self.dtype == np.uint8 else block.tolist()
 
     def row(self, values: Mapping[str, Any]) -> Block:
-        """Convert values by key to a row of this table; new keys get columns.
+        """Return a row of this table with the given values and gaps for all other keys; new keys get columns.
 
         Raises:
             ConfigError: If a pose does not have shape (7,).
@@ -100,7 +101,7 @@ class Table:
 
 
 class Columns(Mapping[str, Any]):
-    """Row of a table as a read-only mapping by key, without gaps."""
+    """Read-only mapping from keys to the values of a table row, without the gaps."""
 
     __slots__ = ("_made", "block", "table")
 
@@ -131,14 +132,14 @@ class Columns(Mapping[str, Any]):
 
 
 class Changes:
-    """Detector of the values that change from row to row."""
+    """Detector of values that differ from the previous value of the same key."""
 
     def __init__(self, field: str) -> None:
         self.table = Table(field)
         self._last = self.table.empty()
 
     def of(self, values: Mapping[str, Any]) -> tuple[IntArray, Block]:
-        """Return the columns whose values differ bitwise from their last values, and the new values, without gaps."""
+        """Return the columns whose values have changed bitwise since the last call, and the new values; ignore gaps."""
         table = self.table
         row = table.row(values)
         if len(self._last) < len(row):
@@ -154,13 +155,13 @@ class Changes:
 
 @compiled
 def _note_changes(rows: Block, last: Block, gap: int, found: IntArray) -> int:
-    """Write the numbers of changed rows to `found` and the rows to `last`; return the number of changes.
+    """Write the indices of changed rows to `found`, copy the changed rows to `last`, and return the number of changes.
 
     Args:
         rows: Bits of the new values, shape (n, width).
         last: Bits of the last values, shape (n, width), updated in place.
-        gap: Bits of a gap; gaps are skipped.
-        found: Output for the row numbers, shape (n,).
+        gap: Bits that mark a gap; rows with a gap are ignored.
+        found: Output for the indices of changed rows, shape (n,).
     """
     count = 0
     for k in range(len(rows)):

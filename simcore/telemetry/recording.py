@@ -1,4 +1,4 @@
-"""Recording of a run in memory, compact enough for every run and complete enough for the run's log and page."""
+"""Compact recording of a run in memory, from which the log and the page of the run can be written."""
 
 from __future__ import annotations
 
@@ -25,11 +25,12 @@ _NUMBERS = ("doubles", "integers", "booleans")
 
 
 class Recording:
-    """Telemetry sink that records a run in memory as columns, readable even after `close`.
+    """Telemetry sink that records a run in memory, in tables, readable even after `close`.
 
-    A match of 160 s with 504 pieces takes 21 MB, a tenth of the snapshots' size. Arrays of more than 64 rows and swerve
-    module states are recorded less often than the rest, and pieces without rotation only as positions. A jump back in
-    time starts a new run and deletes the old run.
+    A match of 160 s with 504 pieces takes 21 MB, a tenth of the size of the snapshots. The sink records arrays of more
+    than 64 rows and swerve module states less often than other values, and rounds floats in these arrays to single
+    precision. For a long array of poses without rotation, the sink records only the positions. A jump back in time
+    deletes the recorded run and starts a new run.
 
     >>> recording = Recording()
     >>> for tick in range(3):
@@ -40,20 +41,20 @@ class Recording:
     """
 
     def __init__(self, *, period: float = 0.02, bulk_period: float = 0.04, seconds: float = 180.0) -> None:
-        """Make an empty recording.
+        """Initialize an empty recording.
 
         Args:
             period: Simulated time between two snapshots [s].
-            bulk_period: Simulated time between two arrays of more than 64 rows [s].
-            seconds: Duration of the newest part that is always kept [s]; up to a quarter more is kept.
+            bulk_period: Simulated time between two recordings of an array with more than 64 rows [s].
+            seconds: Duration of the newest part of the run that is always kept [s]; up to a quarter more may be kept.
 
         Raises:
-            ConfigError: If one of the durations is not finite and > 0.
+            ConfigError: If a duration is not finite and > 0.
         """
         require("Recording", "seconds", seconds, DURATION)
         self.closed = False
         self.bulk_period = bulk_period
-        """Simulated time between two recordings of long arrays [s]."""
+        """Simulated time between two recordings of an array with more than 64 rows [s]."""
         self._seconds = seconds
         self._cadence = Cadence(period)
         self._bulk_cadence = Cadence(bulk_period)
@@ -69,11 +70,15 @@ class Recording:
     # --- as a sink ------------------------------------------------------------------------------------------------
 
     def due(self, time: float) -> bool:
-        """Return whether a snapshot is due at this simulated time [s]; always False after `close`."""
+        """Return whether a snapshot is due at a simulated time [s]; always False after `close`."""
         return not self.closed and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
-        """Record a snapshot; a snapshot with the last time replaces the last one, an earlier time starts a new run."""
+        """Record a snapshot.
+
+        A snapshot at the time of the last snapshot replaces the last snapshot. A snapshot at an earlier time deletes
+        the recorded run and starts a new run.
+        """
         time = snapshot.time
         self._cadence.take(time)
         bulk = self._bulk_cadence.take(time)
@@ -95,12 +100,12 @@ class Recording:
             self._forget(int(np.searchsorted(self._times, time - self._seconds)))
 
     def fill(self, times: FloatArray, columns: Sequence[tuple[str, str, Sequence[Any], IntArray]]) -> None:
-        """Record a whole run at once, with the same result as `write` tick by tick.
+        """Replace the recorded data with a whole run, with the same result as calls of `write` tick by tick.
 
         Args:
             times: Times of the ticks in rising order [s], shape (n,).
-            columns: For each key: field of a snapshot, key, all values, and the index of the value in each tick, -1 for
-                no value, shape (n,).
+            columns: Field of `Snapshot`, key, all values, and index of the value in each tick, shape (n,), -1 for no
+                value, for each key.
         """
         self._forget_all()
         self._times, self._ticks = array("d", times.tolist()), array("q", range(len(times)))
@@ -123,7 +128,7 @@ class Recording:
         self._texts = [(tick, one) for tick, one in enumerate(texts) if not tick or one != texts[tick - 1]]
 
     def close(self) -> None:
-        """Stop recording; the recorded data stays available."""
+        """Stop the recording; the recorded data remain available."""
         self.closed = True
 
     # --- recorded data --------------------------------------------------------------------------------------------
@@ -135,12 +140,12 @@ class Recording:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Keys of all recorded values."""
+        """Keys with at least one recorded value, of all types."""
         numbers = [key for field in (*_NUMBERS, "poses") for key in self._kept(field)]
         return (*numbers, *self._arrays, *dict.fromkeys(key for _, texts in self._texts for key in texts))
 
     def has(self, key: str) -> bool:
-        """Return whether any value of a key was recorded."""
+        """Return whether at least one value of a key is recorded."""
         return (
             key in self._arrays
             or any(key in self._kept(field) for field in FIELDS)
@@ -148,14 +153,14 @@ class Recording:
         )
 
     def columns(self, field: str, keys: Sequence[str]) -> Block:
-        """Return all values of some keys, including gaps.
+        """Return the values of some keys in all snapshots, including gaps.
 
         Args:
-            field: Field of a snapshot with the keys, one of `FIELDS`.
+            field: Field of `Snapshot` that contains the keys, a key of `FIELDS`.
             keys: Keys; a key that was never published has only gaps.
 
         Returns:
-            Values, shape (n, keys), or (n, keys, 7) for poses.
+            Values with a row for each of n snapshots, shape (n, keys), or (n, keys, 7) for poses.
         """
         table, block = self._tables[field], self._blocks[field][: len(self)]
         found = np.full((len(self), len(keys), *table.shape), table.gap, table.dtype)
@@ -165,7 +170,7 @@ class Recording:
         return found
 
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
-        """Return the times [s] and published values of a number or boolean, each of shape (m,).
+        """Return the times [s] and values of a number or boolean key without gaps and NaN, two arrays of shape (m,).
 
         Raises:
             UnknownNameError: If no number of this key was recorded.
@@ -178,7 +183,7 @@ class Recording:
         return self.times[is_there], values[is_there].astype(np.float64)
 
     def poses(self, key: str) -> tuple[FloatArray, FloatArray]:
-        """Return the times [s], shape (m,), and rows `x, y, z, qw, qx, qy, qz`, shape (m, 7), of a pose.
+        """Return the times [s], shape (m,), and the poses of a key, rows `x, y, z, qw, qx, qy, qz`, shape (m, 7).
 
         Raises:
             UnknownNameError: If no pose of this key was recorded.
@@ -190,10 +195,10 @@ class Recording:
         return self.times[is_there], rows[is_there]
 
     def array_at(self, key: str, time: float) -> FloatArray:
-        """Return the newest array of a key at or before a time [s], or the first array if all arrays are later.
+        """Return the newest array of a key at or before a time [s]; if all arrays are later, return the first array.
 
         Returns:
-            Poses, shape (n, 7), or swerve module states, shape (n, 2).
+            Poses, shape (n, 7), swerve module states, shape (n, 2), or integers, shape (n,).
 
         Raises:
             UnknownNameError: If no array of this key was recorded.
@@ -202,7 +207,9 @@ class Recording:
         return rows
 
     def integers_at(self, key: str, time: float) -> IntArray:
-        """Return the newest array of integers at or before a time [s], shape (n,), or the first if all are later.
+        """Return the newest array of integers of a key at or before a time [s], shape (n,).
+
+        If all arrays are later, return the first array.
 
         Raises:
             UnknownNameError: If no array of this key was recorded.
@@ -210,19 +217,19 @@ class Recording:
         return self._kept_at(key, time).astype(np.int64, copy=False)
 
     def integers(self, key: str) -> list[tuple[float, IntArray]]:
-        """Return the times [s] and arrays of integers, shape (n,), of a key; empty if no array was recorded."""
+        """Return the time [s] and value of each recorded array of integers of a key; empty for an unknown key."""
         return [(time, rows.astype(np.int64, copy=False)) for time, rows in self._arrays.get(key, ())]
 
     def events(self, key: str) -> list[tuple[float, list[int]]]:
-        """Return all events of a key of `EVENTS` since the last reset, each with the time when it appears [s]."""
+        """Return time [s] and row of each event since the last restart of the event numbers, for a key of `EVENTS`."""
         return _all_events(self.integers(key), EVENTS[key])
 
     def most_poses(self, key: str) -> int:
-        """Return the number of rows in the longest recorded array of a key; 0 if no array was recorded."""
+        """Return the number of rows of the longest recorded array of a key; 0 if no array was recorded."""
         return max((len(rows) for _, rows in self._arrays.get(key, ())), default=0)
 
     def strings(self, key: str) -> tuple[FloatArray, list[str]]:
-        """Return the times [s], shape (m,), and the m published texts of a key.
+        """Return the times [s], shape (m,), and the m texts of a key, one for each snapshot that contains the key.
 
         Raises:
             UnknownNameError: If no text of this key was recorded.
@@ -234,7 +241,7 @@ class Recording:
         return self.times[[text is not None for text in texts]], [text for text in texts if text is not None]
 
     def path(self, key: str) -> FloatArray:
-        """Return the `x, y, yaw` [m, m, rad] of a pose, shape (m, 3); no rows if the pose was not recorded."""
+        """Return the path of a pose, rows of x, y, yaw [m, m, rad], shape (m, 3); no rows for an unknown key."""
         if key not in self._kept("poses"):
             return np.empty((0, 3))
         _, rows = self.poses(key)
@@ -243,12 +250,13 @@ class Recording:
         return np.column_stack((rows[:, 0], rows[:, 1], yaw))
 
     def snapshots(self, rows: Sequence[int] | IntArray | None = None) -> Iterator[Snapshot]:
-        """Yield recorded snapshots, each with the newest value of every array.
+        """Yield recorded snapshots.
 
-        Successive snapshots share the same array object until the array changes.
+        Each snapshot contains the latest recording of each array up to the snapshot's time. Successive snapshots
+        contain the same array object until the array changes.
 
         Args:
-            rows: Row numbers of the snapshots in rising order; None for all snapshots.
+            rows: Row numbers of the snapshots in ascending order; None for all snapshots.
         """
         chosen = np.arange(len(self)) if rows is None else np.asarray(rows, np.int64)
         newest = {
@@ -276,7 +284,7 @@ class Recording:
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _add_row(self, field: str, values: Mapping[str, Any]) -> None:
-        """Add a row of one type to an array that grows by half its size when full."""
+        """Add a row to the table of a field; enlarge a full table by half of the rows."""
         table, block, rows = self._tables[field], self._blocks[field], len(self._times)
         row = table.row(values)
         if rows == len(block) or len(row) > block.shape[1]:
@@ -286,7 +294,7 @@ class Recording:
         block[rows] = row
 
     def _kept(self, field: str) -> dict[str, int]:
-        """Return the columns with at least one value, by key."""
+        """Return the index of each column that has a value in at least one row, by key."""
         rows, found = self._found.get(field, (-1, {}))
         if rows != (now := len(self._times)):
             table, block = self._tables[field], self._blocks[field]
@@ -300,7 +308,15 @@ class Recording:
         return [texts for (first, texts), last in zip(self._texts, ends, strict=False) for _ in range(first, last)]
 
     def _add_array(self, key: str, time: float, values: _Rows, bulk: bool, is_state: bool) -> None:
-        """Record an array; long arrays and states only if due (`bulk`) or the first of their key."""
+        """Record an array, or ignore the array if the array is long and not due.
+
+        Args:
+            key: Telemetry key of the array.
+            time: Simulated time [s].
+            values: Array to record.
+            bulk: Whether long arrays and swerve module states are due; the first array of a key is always due.
+            is_state: Whether the array contains swerve module states.
+        """
         kept, given = self._arrays.setdefault(key, []), values
         is_long = is_state or is_bulk(key, len(values))
         if kept and is_long and not bulk:
@@ -327,7 +343,7 @@ class Recording:
         return kept[max(bisect_right(kept, time + 1e-9, key=lambda item: item[0]) - 1, 0)][1]
 
     def _drop_last(self) -> None:
-        """Delete the newest row, with its texts and arrays."""
+        """Delete the newest snapshot, with the texts and arrays of the same time."""
         time = self._times.pop()
         self._ticks.pop()
         self._given, self._found = {}, {}
@@ -338,7 +354,7 @@ class Recording:
                 kept.pop()
 
     def _forget(self, rows: int) -> None:
-        """Delete the oldest rows, `rows` in number."""
+        """Delete the oldest `rows` snapshots; keep the newest earlier array of a key that has no later array."""
         if rows >= len(self._times):
             self._forget_all()
             return
@@ -361,11 +377,11 @@ class Recording:
 
 
 def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:
-    """Return the row of the newest value at each time.
+    """Return the index of the newest value at or before each time.
 
     Args:
         at: Times of the values in rising order [s].
-        times: Times to look up [s]; a time before the first value gets row 0.
+        times: Times to look up [s]; the index is 0 for a time before the first value.
 
     >>> newest_rows(np.array([0.0, 1.0, 2.0]), np.array([-1.0, 1.0, 1.9])).tolist()
     [0, 1, 1]
@@ -375,7 +391,12 @@ def newest_rows(at: FloatArray, times: FloatArray) -> IntArray:
 
 
 def _all_events(kept: Iterable[tuple[float, IntArray]], columns: int) -> list[tuple[float, list[int]]]:
-    """Collect the rows of all events by event number; restart when the newest number falls."""
+    """Return time [s] and row of each event; discard earlier events when the newest event number decreases.
+
+    Args:
+        kept: Time [s] and event array of each recording.
+        columns: Number of values per row.
+    """
     found: dict[int, tuple[float, list[int]]] = {}
     before: IntArray | None = None
     newest = 0
@@ -393,9 +414,9 @@ def _all_events(kept: Iterable[tuple[float, IntArray]], columns: int) -> list[tu
 
 
 def _since(key: str, kept: list[tuple[float, _Rows]], first: float) -> list[tuple[float, _Rows]]:
-    """Return the arrays since a time [s], or at least the newest array.
+    """Return the arrays of a key since time `first` [s]; without such an array, return the newest earlier array.
 
-    For a key of events, the first returned array holds all events up to that time.
+    For a key of `EVENTS`, the first returned array contains all events until `first`.
     """
     if key in EVENTS:
         before = ((time, rows.astype(np.int64, copy=False)) for time, rows in kept if time <= first)
@@ -407,7 +428,7 @@ def _since(key: str, kept: list[tuple[float, _Rows]], first: float) -> list[tupl
 
 
 def _full(rows: _Rows) -> Any:
-    """Expand positions to poses of shape (n, 7); return any other array as float64 or int64."""
+    """Expand positions to poses without rotation, shape (n, 7); return any other array as float64 or int64."""
     if rows.ndim == 1:
         return rows.astype(np.int64, copy=False)
     if rows.shape[1] != 3:

@@ -1,4 +1,4 @@
-"""Tools for telemetry sinks: a sink in memory, a rate limit, a guard against full disks, and checks of output files."""
+"""Telemetry sink in memory, rate limit, guard against failing sinks, and functions for output files."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ __all__ = ["Cadence", "GuardedSink", "MemorySink", "discard_empty", "output_erro
 
 
 class MemorySink:
-    """Sink that keeps the snapshots of all ticks in a list, for tests; use `Recording` for whole matches."""
+    """Sink that keeps all snapshots in a list, for tests. Use `Recording` for whole matches."""
 
     def __init__(self) -> None:
         self.snapshots: list[Snapshot] = []
-        """Snapshots in order of time, available even after `close`."""
+        """Snapshots in the order of writing, available even after `close`."""
         self.closed = False
 
     def due(self, time: float) -> bool:
-        """Return True until `close`, at any simulated time [s]."""
+        """Return whether the sink is open, regardless of the simulated time [s]."""
         return not self.closed
 
     def write(self, snapshot: Snapshot) -> None:
-        """Keep a snapshot."""
+        """Append a snapshot to `snapshots`."""
         self.snapshots.append(snapshot)
 
     def close(self) -> None:
-        """Stop accepting snapshots; safe to call twice."""
+        """Close the sink, so that no further snapshot is due; a second call has no effect."""
         self.closed = True
 
 
 class Cadence:
-    """Rate limit that is due once in every slot of `period` simulated seconds, without drift.
+    """Rate limit: at most one event in each time slot of `period` simulated seconds, without drift.
 
-    A jump in time, even backward after a restart, begins a new slot.
+    A jump to another slot, even backward in time after a restart, permits a new event.
 
     >>> cadence = Cadence(0.05)
     >>> [t for t in (0.02, 0.04, 0.06, 0.08, 0.10, 0.12) if cadence.take(t)]
@@ -47,17 +47,21 @@ class Cadence:
     __slots__ = ("_last", "period")
 
     def __init__(self, period: float) -> None:
-        """Make a rate limit with a period [s]."""
+        """Initialize a rate limit with a period [s].
+
+        Raises:
+            ConfigError: If the period is not finite and > 0.
+        """
         require("telemetry sink", "period", period, DURATION)
         self.period = period
         self._last: int | None = None
 
     def due(self, time: float) -> bool:
-        """Return whether the slot of a simulated time [s] is still free."""
+        """Return whether the slot of a simulated time [s] differs from the slot of the last event."""
         return self._slot(time) != self._last
 
     def take(self, time: float) -> bool:
-        """Mark the slot of a simulated time [s] as taken; return whether the slot was free."""
+        """Record an event at a simulated time [s]; return whether the event was due."""
         slot = self._slot(time)
         free = slot != self._last
         self._last = slot
@@ -69,23 +73,23 @@ class Cadence:
 
 
 class GuardedSink:
-    """Sink that passes snapshots to another sink until that sink fails, e.g. on a full disk, and reports the failure.
+    """Sink that writes to another sink until the other sink fails, e.g. on a full disk, and then reports the failure.
 
-    Only `OutputError` is caught; programming errors, e.g. a key with two types, still raise.
+    The guard catches only `OutputError`. Other errors, e.g. for a key with two types, are not caught.
 
     Args:
         sink: Sink that may fail.
-        on_failure: Function called once with the error message, a single sentence.
+        on_failure: Function called with the error message after the first failure.
     """
 
     def __init__(self, sink: TelemetrySink, on_failure: Callable[[str], None]) -> None:
         self.sink = sink
         self.failure = ""
-        """Error message of the sink; empty while the sink works."""
+        """Error message of the first failure of the sink; empty without a failure."""
         self._on_failure = on_failure
 
     def due(self, time: float) -> bool:
-        """Return whether the sink needs a snapshot at this simulated time [s]; always False after a failure."""
+        """Return whether the guarded sink needs a snapshot at a simulated time [s]; always False after a failure."""
         return not self.failure and self.sink.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
@@ -96,7 +100,7 @@ class GuardedSink:
             self._fail(error)
 
     def close(self) -> None:
-        """Close the guarded sink, and report a failure instead of raising an error; safe to call twice."""
+        """Close the guarded sink, and report a failure instead of raising an error."""
         try:
             self.sink.close()
         except OutputError as error:
@@ -109,7 +113,7 @@ class GuardedSink:
 
 
 def output_error(kind: str, path: Path, error: OSError) -> OutputError:
-    """Return the error for a log or page that cannot be written."""
+    """Return the error for an output file that cannot be written, with an example of a path."""
     example = Path("out") / ("run.wpilog" if kind == "log" else "run.html")
     return OutputError(
         f"cannot write the {kind} {str(path)!r}: {error.strerror or error}. "
@@ -118,9 +122,9 @@ def output_error(kind: str, path: Path, error: OSError) -> OutputError:
 
 
 def require_writable(kind: str, path: str | Path) -> Path:
-    """Check that a file can be written later, so that a run does not fail at its end.
+    """Check before a run that an output file can be written at the end of the run.
 
-    Missing folders are created. An existing file keeps its content; a missing file stays missing.
+    The function creates missing folders. The function does not change an existing file, and does not create the file.
 
     Args:
         kind: Kind of file, for the error message, e.g. `log` or `page`.
@@ -130,7 +134,7 @@ def require_writable(kind: str, path: str | Path) -> Path:
         Path of the file.
 
     Raises:
-        OutputError: If the file cannot be written or has the wrong suffix.
+        OutputError: If the file cannot be written, or if the suffix of a log or page is wrong.
     """
     path, end = Path(path), {"log": ".wpilog", "page": ".html"}.get(kind, "")
     if end and path.suffix.lower() != end:
@@ -150,7 +154,7 @@ def require_writable(kind: str, path: str | Path) -> Path:
 
 
 def write_text(kind: str, path: Path, text: str) -> None:
-    """Write a text file, creating missing folders.
+    """Write a text file in UTF-8, and create missing folders.
 
     Args:
         kind: Kind of file, for the error message, e.g. `page` or `table`.

@@ -1,6 +1,6 @@
-"""Telemetry of one tick, the protocol of telemetry sinks, and the encoding for WPILib's readers.
+"""Telemetry of one tick, protocol of telemetry sinks, and encoding of values as WPILib structs.
 
-Poses are written directly from arrays, which takes 2 us for 400 poses; a list of Pose3d objects would take about 1 ms.
+Sinks encode poses directly from arrays, which takes 2 us for 400 poses. A list of Pose3d objects would take about 1 ms.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ __all__ = [
 _BULK = 64  # rows; longer arrays are recorded less often
 _PARTS = "/ComponentPoses"  # would take a third of a match's log if recorded in every tick
 EVENTS = {"Sim/NewestShots": 4, "Sim/NewestHits": 2, "Sim/NewestTakenIn": 3}
-"""Row lengths of event arrays, by key.
+"""Number of values per row in event arrays, by key.
 
-An event array holds the rows of the newest event and of all events in the second before, one after another. Each
-row begins with the number of its event, from 1, so that a `Recording` can collect all events from overlapping arrays.
+An event array contains a row for the newest event and a row for each event in the second before, in one flat array.
+Each row begins with the number of the event, from 1, so that a `Recording` can collect all events from overlapping
+arrays.
 """
 POSE_TYPE = "struct:Pose3d"
 POSE_ARRAY_TYPE = "struct:Pose3d[]"
@@ -42,15 +43,15 @@ STRUCT_SCHEMAS: dict[str, str] = {
     "struct:Rotation2d": "double value",
     "struct:SwerveModuleState": "double speed;Rotation2d angle",
 }
-"""Struct schemas by name, nested types first; a test compares them with wpimath's own schemas."""
+"""Schemas of WPILib structs by type name, nested types first. A test compares the schemas with wpimath's schemas."""
 _COLUMNS = {POSE_ARRAY_TYPE: ("x", "y", "z", "qw", "qx", "qy", "qz"), STATE_ARRAY_TYPE: ("speed", "angle")}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Snapshot:
-    """All telemetry of one tick, by key (docs/telemetry.md), with read-only arrays.
+    """All telemetry of one tick, by type and key (docs/telemetry.md), in read-only arrays.
 
-    A pose row is `x, y, z, qw, qx, qy, qz`, the byte order of WPILib's Pose3d struct, so that sinks can copy rows.
+    A pose is a row `x, y, z, qw, qx, qy, qz`. WPILib's Pose3d struct has the same order, so that sinks can copy rows.
     """
 
     time: float
@@ -58,30 +59,33 @@ class Snapshot:
     tick: int
     """Number of the tick, from 0."""
     poses: Mapping[str, FloatArray] = field(default_factory=dict)
-    """Pose3d by key, shape (7,)."""
+    """Single poses by key, shape (7,), published as `Pose3d`."""
     pose_arrays: Mapping[str, FloatArray] = field(default_factory=dict)
-    """Pose3d[] by key, shape (n, 7)."""
+    """Arrays of poses by key, shape (n, 7), published as `Pose3d[]`."""
     state_arrays: Mapping[str, FloatArray] = field(default_factory=dict)
-    """SwerveModuleState[] by key, rows of speed [m/s] and angle [rad], shape (n, 2)."""
+    """Arrays of swerve module states by key: speed [m/s] and angle [rad], shape (n, 2)."""
     doubles: Mapping[str, float] = field(default_factory=dict)
     integers: Mapping[str, int] = field(default_factory=dict)
     booleans: Mapping[str, bool] = field(default_factory=dict)
     integer_arrays: Mapping[str, IntArray] = field(default_factory=dict)
-    """int64[] by key, shape (n,), e.g. `Sim/PieceIds/<Type>` with the ids of the pieces in `Sim/GamePieces/<Type>`."""
+    """Arrays of integers by key, shape (n,), e.g. the ids of pieces in `Sim/PieceIds/<Type>`."""
     strings: Mapping[str, str] = field(default_factory=dict)
     """Text by key, e.g. `Sim/Match/Period`."""
 
     @property
     def struct_arrays(self) -> list[tuple[str, Mapping[str, FloatArray]]]:
-        """Arrays of structs: WPILib's type name, and arrays by key."""
+        """All struct arrays: pairs of a type name in WPILib and the arrays of this type by key."""
         return [(POSE_ARRAY_TYPE, self.pose_arrays), (STATE_ARRAY_TYPE, self.state_arrays)]
 
 
 class TelemetrySink(Protocol):
-    """Receiver of snapshots; the match calls `due` first, to avoid building unnecessary snapshots."""
+    """Receiver of snapshots.
+
+    A match calls `due` in each tick, and builds and writes a snapshot only if a sink is due.
+    """
 
     def due(self, time: float) -> bool:
-        """Return whether the sink needs a snapshot at this simulated time [s]."""
+        """Return whether the sink needs a snapshot at a simulated time [s]."""
         ...
 
     def write(self, snapshot: Snapshot) -> None:
@@ -89,14 +93,14 @@ class TelemetrySink(Protocol):
         ...
 
     def close(self) -> None:
-        """Flush all data and free all resources; safe to call twice."""
+        """Write all remaining data and free all resources; a second call has no effect."""
         ...
 
 
 def is_bulk(key: str, rows: int) -> bool:
-    """Return whether an array is recorded less often than the rest: more than 64 rows, or poses of robot parts.
+    """Return whether sinks record an array less often than other values.
 
-    Event arrays (`EVENTS`) of any length are recorded in every tick.
+    This applies to arrays with more than 64 rows and to poses of robot parts, but not to event arrays (`EVENTS`).
     """
     return key.endswith(_PARTS) or (rows > _BULK and key not in EVENTS)
 
@@ -120,7 +124,7 @@ def struct_array_bytes(type_name: str, key: str, rows: FloatArray) -> bytes:
 
 
 def checked_integers(key: str, values: IntArray) -> IntArray:
-    """Convert integers to little-endian int64 for logs and NetworkTables.
+    """Check an array of integers, and convert the array to little-endian int64 for logs and NetworkTables.
 
     Args:
         key: Telemetry key, for error messages.
@@ -136,7 +140,7 @@ def checked_integers(key: str, values: IntArray) -> IntArray:
 
 
 def key_in_words(name: str) -> str:
-    """Convert the last part of a telemetry key to words.
+    """Convert a name in PascalCase, such as the last part of a telemetry key, to lower-case words.
 
     >>> key_in_words("IntakeZoneActive")
     'intake zone active'

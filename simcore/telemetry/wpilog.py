@@ -1,9 +1,9 @@
 """Writer and reader of `.wpilog` files, WPILib's data logs, for AdvantageScope and other tools.
 
-This module has its own short writer of format 1.0, because no writer of WPILib 2026.2.2 suits a simulation:
+This module implements format 1.0 itself, because no writer of WPILib 2026.2.2 is suitable for a simulation:
 
-* `wpiutil.DataLogWriter` accepts timestamps and file names, but hangs once about 0.5 MB is appended between two flushes
-  (fixed later, allwpilib #9258), and replaces a simulated time of 0 by wall time.
+* `wpiutil.DataLogWriter` accepts timestamps and file names, but hangs after about 0.5 MB between two flushes (fixed
+  later, allwpilib #9258), and replaces a simulated time of 0 by wall time.
 * `wpilib.DataLogManager` exists once per process, uses wall time and does not overwrite files.
 
 Source: https://github.com/wpilibsuite/allwpilib/blob/main/wpiutil/doc/datalog.adoc; tests read the logs back with
@@ -58,37 +58,42 @@ _HEADERS = {
     (False, False): (struct.Struct("<BHIQ"), 0b0_111_11_01),
 }
 _COLUMNS = {"poses": POSE_TYPE, "doubles": "double", "integers": "int64", "booleans": "boolean"}
-"""WPILib's types of values stored in columns, by field of a snapshot."""
+"""Type name in WPILib of the values in a table, by field of `Snapshot`."""
 _HELD, _HELD_PERIOD = "Sim/Held", 0.04  # [s]; in every tick, held pieces would take a sixth of a match's log
 
 
 @cache
 def _record(field: str, is_early: bool) -> np.dtype[Any]:
-    """Return the layout of a record with a number or pose, for times before (`is_early`) or after 72 minutes."""
+    """Return the numpy layout of a log record with a number or pose.
+
+    Args:
+        field: Field of `Snapshot` with the value.
+        is_early: Whether the timestamp is below 2^32 us (72 minutes) and takes 4 bytes instead of 8.
+    """
     dtype, shape, _ = FIELDS[field]
     value = ("value", np.dtype(dtype).newbyteorder("<"), shape)
     return np.dtype([("head", "u1"), ("entry", "<u2"), ("size", "u1"), ("time", "<u4" if is_early else "<u8"), value])
 
 
 class WpilogSink:
-    """Telemetry sink that writes a `.wpilog`, with entry names as in DataLogManager's logs of NetworkTables.
+    """Telemetry sink that writes a `.wpilog` file, with the entry names of DataLogManager's logs of NetworkTables.
 
-    A value is written only after a change, as the format intends. Long arrays (450 poses take 25 KB) and pieces in
-    robots are written less often than the rest, and once more at the end; in every tick, long arrays alone would take
-    200 MB in a match. Whole records are flushed to disk at least every simulated second or every 256 KB, so that a
-    killed run leaves a valid log.
+    The sink writes a value only after a change, as the format intends. The sink writes long arrays (450 poses take
+    25 KB) and pieces in robots less often than other values, and once more at the end. In every tick, long arrays alone
+    would take 200 MB in a match. The sink flushes whole records to disk at least every simulated second or every
+    256 KB. Therefore, the log remains valid if the process is killed.
     """
 
     def __init__(
         self, path: str | Path, *, period: float = 0.02, bulk_period: float = 0.1, prefix: str = "NT:/"
     ) -> None:
-        """Create the log file and any missing folders, overwriting an existing file, and write the schemas.
+        """Create missing folders and the log file, and write the struct schemas; an existing file is overwritten.
 
         Args:
-            path: Path of the log, usually `*.wpilog`; `*.wpilogxz` is compressed to an eighth of the size.
+            path: Path of the log, usually `*.wpilog`. A log `*.wpilogxz` is compressed to an eighth of the size.
             period: Simulated time between two snapshots [s].
-            bulk_period: Simulated time between two arrays of more than 64 rows [s].
-            prefix: Prefix of every key; with the default, the same AdvantageScope layout fits live data and logs.
+            bulk_period: Simulated time between two records of an array with more than 64 rows [s].
+            prefix: Prefix of each key; with the default, an AdvantageScope layout fits both live data and logs.
 
         Raises:
             OutputError: If the file cannot be written.
@@ -123,19 +128,19 @@ class WpilogSink:
 
     @property
     def closed(self) -> bool:
-        """Whether the log is closed."""
+        """Whether the log is closed, by `close` or by a write error."""
         return self._file is None
 
     def due(self, time: float) -> bool:
-        """Return whether a snapshot is due at this simulated time [s]; always False after `close`."""
+        """Return whether a snapshot is due at a simulated time [s]; always False for a closed log."""
         return self._file is not None and self._cadence.due(time)
 
     def write(self, snapshot: Snapshot) -> None:
-        """Write a snapshot at its simulated time.
+        """Write the changed values of a snapshot with the snapshot's simulated time.
 
         Raises:
-            OutputError: If the log is closed, or writing to the disk fails, which closes the log.
-            ConfigError: If an array has the wrong shape, the type of a key has changed, or the time is not within 0 to
+            OutputError: If the log is closed, or if writing to the disk fails; the failure closes the log.
+            ConfigError: If an array has the wrong shape, the type of a key has changed, or the time is not from 0 to
                 1e9 s.
         """
         if self._file is None:
@@ -159,7 +164,7 @@ class WpilogSink:
             self._flush(micros)
 
     def close(self) -> None:
-        """Write the remaining data and close the file; safe to call twice.
+        """Write the remaining data and close the file; a second call has no effect.
 
         Raises:
             OutputError: If the remaining data cannot be written.
@@ -182,7 +187,7 @@ class WpilogSink:
         self.close()
 
     def _write_arrays(self, snapshot: Snapshot, micros: int, *, bulk: bool, held: bool) -> None:
-        """Write the arrays that are due; ids of pieces are due in the same ticks as their poses.
+        """Write the changed arrays that are due; ids and poses of pieces are due in the same ticks.
 
         Args:
             snapshot: Snapshot with the arrays.
@@ -209,7 +214,10 @@ class WpilogSink:
                 self._append_changed(key, "int64[]", checked_integers(key, integers).tobytes(), micros)
 
     def _write_columns(self, field: str, values: Mapping[str, Any], micros: int) -> None:
-        """Write the changed values of one type, compared bitwise: NaN equals itself, and -0.0 differs from 0.0."""
+        """Write the changed values of one type.
+
+        The comparison is bitwise: NaN is equal to NaN, and -0.0 differs from 0.0.
+        """
         columns, block = self._changes[field].of(values)
         if not len(columns):
             return
@@ -282,17 +290,17 @@ _LATEST = 2**62  # [us]; a record with a later timestamp is corrupt
 
 
 def _row(raw: bytes, width: int) -> FloatArray:
-    """Decode a struct of `width` doubles; missing fields are zero."""
+    """Decode a struct of `width` doubles, shape (width,); missing bytes are decoded as 0."""
     return np.frombuffer(raw[: 8 * width].ljust(8 * width, b"\0"), dtype="<f8")
 
 
 def _rows(raw: bytes, width: int) -> FloatArray:
-    """Decode an array of structs, shape (n, width), without an incomplete struct at the end."""
+    """Decode an array of structs of `width` doubles, shape (n, width); ignore an incomplete struct at the end."""
     return np.frombuffer(raw[: len(raw) // (8 * width) * 8 * width], dtype="<f8").reshape(-1, width)
 
 
 def _number(raw: bytes, format: str) -> float:
-    """Decode a number; missing bytes are zero."""
+    """Decode a number in a format of `struct`; missing bytes are decoded as 0."""
     size = struct.calcsize(format)
     number: float = struct.unpack(format, raw[:size].ljust(size, b"\0"))[0]
     return number
@@ -309,7 +317,7 @@ _TYPES: dict[str, tuple[str, Callable[[bytes], Any]]] = {
     "int64[]": ("integer_arrays", lambda raw: np.frombuffer(raw[: len(raw) // 8 * 8], dtype="<i8")),
     "string": ("strings", lambda raw: raw.decode("utf-8", "replace")),
 }
-"""Field of a `Snapshot` and decoder of each WPILib type, by name of the type."""
+"""Field of `Snapshot`, and function that decodes a value, by name of the WPILib type."""
 _NUMBERS = ("double", "float", "int64", "boolean")
 _XZ = b"\xfd7zXZ\x00"
 _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
@@ -317,32 +325,32 @@ _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LogColumn:
-    """Values of one key in order of time."""
+    """Values of one key of a log, in order of time."""
 
     key: str
     type: str
-    """WPILib's name of the type, e.g. `double`, `int64[]` or `struct:Pose3d[]`."""
+    """Type name in WPILib, e.g. `double`, `int64[]` or `struct:Pose3d[]`."""
     times: FloatArray
     """Time of each value [s], shape (n,)."""
     _data: bytes
     _places: list[int]
     _sizes: list[int]
     metadata: str = ""
-    """Metadata of the entry, for example a unit or JSON."""
+    """Metadata in the start record of the entry, e.g. a unit or JSON."""
 
     def __len__(self) -> int:
         return len(self._places)
 
     def payload(self, row: int) -> bytes:
-        """Return the encoded bytes of one value."""
+        """Return the encoded bytes of the value at index `row`."""
         place = self._places[row]
         return self._data[place : place + self._sizes[row]]
 
     def value(self, row: int) -> Any:
-        """Return one decoded value: a number, a text, a pose of shape (7,), or an array.
+        """Return the decoded value at index `row`: a number, a text, a pose of shape (7,), or an array.
 
         Raises:
-            LogError: If a snapshot has no values of this type.
+            LogError: If `Snapshot` has no field for values of this type.
         """
         if self.type not in _TYPES:
             raise LogError(f"{self.key} is of type {self.type!r}, not one of {sorted(_TYPES)}")
@@ -350,18 +358,21 @@ class LogColumn:
 
     @property
     def field(self) -> str | None:
-        """Field of a snapshot for values of this type; None if snapshots have no values of this type."""
+        """Name of the field of `Snapshot` for values of this type; None if `Snapshot` has no such field."""
         return _TYPES[self.type][0] if self.type in _TYPES else None
 
     def rows_at(self, times: FloatArray) -> IntArray:
-        """Return the row of the newest value at each time [s], shape (n,); -1 before the first value."""
+        """Return the index of the newest value at or before each time [s], shape (n,); -1 before the first value."""
         rows: IntArray = np.searchsorted(self.times, times + 1e-9, side="right") - 1
         return rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TelemetryLog:
-    """Contents of a log, with keys without prefix: `NT:/Sim/Robot/Pose3d` becomes `Sim/Robot/Pose3d`."""
+    """Contents of a log: a column with the values of each key.
+
+    `read_log` removes prefixes such as `NT:/` from keys: `NT:/Sim/Robot/Pose3d` becomes `Sim/Robot/Pose3d`.
+    """
 
     path: Path
     columns: Mapping[str, LogColumn]
@@ -370,7 +381,10 @@ class TelemetryLog:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Times of the first pose (or the first value, if there are no poses) and of the last value of any type [s]."""
+        """Time of the first pose, or of the first value in a log without poses, and time of the last value [s].
+
+        Both times are 0 for a log without values.
+        """
         columns = [c for c in self.columns.values() if len(c)]
         if not columns:
             return 0.0, 0.0
@@ -388,7 +402,7 @@ class TelemetryLog:
         return self.columns[key]
 
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
-        """Return the times [s] and values of a number.
+        """Return the times [s] and values of a number or boolean key, two arrays of shape (n,).
 
         Raises:
             UnknownNameError: If the log does not contain the key.
@@ -400,7 +414,10 @@ class TelemetryLog:
         return column.times, np.array([column.value(row) for row in range(len(column))], dtype=np.float64)
 
     def snapshot_at(self, time: float) -> Snapshot:
-        """Return a snapshot with the newest value of each key at a time [s]."""
+        """Return a snapshot with the newest value of each key at or before a time [s].
+
+        Keys without a value before the time, and keys of types that `Snapshot` does not have, are missing.
+        """
         found: dict[str, dict[str, Any]] = {name: {} for name, _ in _TYPES.values()}
         for key, column in self.columns.items():
             (row,) = column.rows_at(np.array([time])).tolist()
@@ -410,7 +427,7 @@ class TelemetryLog:
 
 
 class _Entry:
-    """Column under construction."""
+    """Values of one key that `read_log` has found so far, each with timestamp, offset in the file and size."""
 
     __slots__ = ("key", "metadata", "micros", "places", "sizes", "type")
 
@@ -422,10 +439,10 @@ class _Entry:
 
 
 def read_log(path: str | Path) -> TelemetryLog:
-    """Read a log, including one that is cut off.
+    """Read a `.wpilog` or `.wpilogxz` file, even if the file ends in the middle of a record.
 
     Raises:
-        LogError: If the file cannot be read, is not a data log or contains no records.
+        LogError: If the file cannot be read, is not a data log of format 1.x, or contains no entry.
     """
     path = Path(path)
     try:
@@ -447,7 +464,12 @@ def read_log(path: str | Path) -> TelemetryLog:
 
 
 def _scan(data: bytes, at: int) -> tuple[list[_Entry], bool]:
-    """Return the entries of all records from an offset on, and whether the last record is incomplete or invalid."""
+    """Return the entries in a log, and whether the log ends with an incomplete or invalid record.
+
+    Args:
+        data: Contents of the log file.
+        at: Offset of the first record.
+    """
     open_entries: dict[int, _Entry] = {}
     by_key: dict[str, _Entry] = {}
     end = len(data)
@@ -475,7 +497,13 @@ def _scan(data: bytes, at: int) -> tuple[list[_Entry], bool]:
 
 
 def _control(record: bytes, open_entries: dict[int, _Entry], by_key: dict[str, _Entry]) -> bool:
-    """Start or end an entry by a control record; return False for an invalid control record."""
+    """Start or finish the entry that a control record names; return False for an invalid control record.
+
+    Args:
+        record: Payload of the control record.
+        open_entries: Started entries by entry ID, changed in place.
+        by_key: All entries by key, changed in place.
+    """
     if len(record) < 5 or record[0] > 2:
         return False
     entry = int.from_bytes(record[1:5], "little")

@@ -1,4 +1,4 @@
-"""Test benches: a drivetrain on an unlimited carpet, and a chassis without a drivetrain."""
+"""Test benches: a robot with only a drivetrain on an unlimited carpet, and a chassis without a drivetrain."""
 
 from __future__ import annotations
 
@@ -37,28 +37,42 @@ class DriveBench:
         roll, pitch, _ = body.inertia
         mass = MassDistribution(robot.mass, robot.center_of_mass, (roll, pitch, robot.yaw_inertia))
         self.chassis = ChassisSimulation(self.world, body, drivetrain=drive, mass=mass)
+        self._lifting = 0.0  # upward force [N]
         self.ax = self.ay = 0.0
-        """Mean acceleration of the center of mass over the last step, field frame [m/s^2]."""
+        """Mean acceleration of the center of mass along x and y during the last step, field frame [m/s^2]."""
 
     def reset(self, *, yaw: float = 0.0, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:
-        """Place the robot at the origin with a heading [rad] and a field-frame velocity [m/s, m/s, rad/s]."""
+        """Place the robot at the field origin, and set the time of the bench to 0.
+
+        Args:
+            yaw: Heading [rad].
+            vx: Velocity along the field's x axis [m/s].
+            vy: Velocity along the field's y axis [m/s].
+            omega: Yaw rate, counter-clockwise positive [rad/s].
+        """
         self.world.set_pose(self.chassis.row, (0.0, 0.0, 0.0), from_yaw(yaw))
         self.world.set_velocity(self.chassis.row, (vx, vy, 0.0), (0.0, 0.0, omega))
         self.chassis.read()
+        self._lifting = 0.0
         self.time = 0.0
 
     def lift(self) -> None:
-        """Lift the robot to 1 m above the carpet, and cancel the weight of the robot."""
+        """Place the robot 1 m above the carpet, and apply a constant force that cancels the weight of the robot."""
         mass = self.chassis.distribution.mass
         self.world.set_pose(self.chassis.row, (*self.chassis.pos[:2], 1.0), self.chassis.quat)
-        self.chassis.apply_forces((0.0, 0.0, mass * GRAVITY))
+        self._lifting = mass * GRAVITY
 
     def step(self, h: float, *, force: Vector = (0.0, 0.0, 0.0)) -> None:
-        """Advance by h [s] under a field-frame force (x [N], y [N], yaw torque [N m]) at the center of mass."""
+        """Advance the bench by one time step.
+
+        Args:
+            h: Time step [s].
+            force: Force along x and y and yaw torque at the center of mass, field frame [N, N, N m], in addition to
+                the force of `lift`.
+        """
         weight = self.chassis.distribution.mass * GRAVITY
-        if self.slope or any(force):
-            along, up = -weight * math.sin(self.slope), weight * (1.0 - math.cos(self.slope))
-            self.chassis.apply_forces((force[0] + along, force[1], up), (0.0, 0.0, force[2]))
+        along, up = -weight * math.sin(self.slope), weight * (1.0 - math.cos(self.slope)) + self._lifting
+        self.chassis.apply_forces((force[0] + along, force[1], up), (0.0, 0.0, force[2]))
         before = self.chassis.vel
         self.world.advance(h)
         self.chassis.read()
@@ -66,7 +80,7 @@ class DriveBench:
         self.time += h
 
     def hold(self, h: float, velocity: Vector, *, in_air: bool = False) -> Vector:
-        """Hold the robot at a velocity for h [s] and return the velocity change that the tires would cause.
+        """Reset the robot, hold the robot at a velocity, and return the velocity change that the tires would cause.
 
         Args:
             h: Duration [s].
@@ -110,7 +124,7 @@ class DriveBench:
 
     @property
     def yaw(self) -> float:
-        """Heading [rad]."""
+        """Heading of the robot, field frame [rad]."""
         return self.chassis.pose[2]
 
     @property
@@ -125,7 +139,7 @@ class DriveBench:
 
     @property
     def omega(self) -> float:
-        """Yaw rate [rad/s]."""
+        """Yaw rate of the robot, counter-clockwise positive [rad/s]."""
         return self.chassis.rate[2]
 
     @property
@@ -135,23 +149,25 @@ class DriveBench:
 
     @property
     def loads(self) -> list[float]:
-        """Normal loads of the wheels in the last step [N]."""
+        """Normal force on each wheel in the last step [N]."""
         return self.drive.normal_loads
 
     @property
     def kinetic_energy(self) -> float:
-        """Kinetic energy of the chassis without the rotation of the wheels [J]."""
+        """Kinetic energy of the horizontal motion and yaw of the robot, without the rotation of the wheels [J]."""
         mass, _, (_, _, yaw_inertia) = self.chassis.distribution
         return 0.5 * mass * (self.vx**2 + self.vy**2) + 0.5 * yaw_inertia * self.omega**2
 
 
 def hold(drive: WheeledDrive[Any], h: float, velocity: Vector, *, in_air: bool = False) -> Vector:
-    """Hold a drivetrain at a velocity on a new bench, and return the velocity change as in `DriveBench.hold`."""
+    """Call `DriveBench.hold` for a drivetrain on a new, level bench, and return the velocity change."""
     return DriveBench(drive).hold(h, velocity, in_air=in_air)
 
 
 class LoneChassis:
-    """Chassis without a drivetrain that follows a velocity within the limits of grip, for use as a robot of `Motion`.
+    """Chassis without a drivetrain that accelerates toward a commanded velocity within the friction limit.
+
+    `Motion` can advance this chassis in place of a robot.
 
     Args:
         chassis: Chassis in a physics world.
@@ -162,13 +178,14 @@ class LoneChassis:
         self._wanted: Vector | None = None
 
     def follow(self, vx: float, vy: float, omega: float) -> None:
-        """Follow a robot-frame velocity of the chassis origin [m/s, m/s, rad/s] until the next command."""
+        """Command a velocity of the chassis origin, robot frame [m/s, m/s, rad/s], until the next command."""
         self._wanted = (vx, vy, omega)
 
     def step_devices(self, h: float) -> None:
-        """Apply a force and a yaw torque toward the commanded velocity while a wheel touches the carpet.
+        """Apply a force and a yaw torque that lead to the commanded velocity after h [s], within the friction limit.
 
-        The force is at most mu m g, and the torque at most mu m g times the traction radius.
+        The force is at most mu m g, and the torque is at most mu m g times the traction radius. Without a wheel on the
+        carpet, the force is 0.
         """
         chassis = self.chassis
         chassis.read()
@@ -192,5 +209,5 @@ class LoneChassis:
         chassis.apply_forces(force, (tx + ax, ty + ay, tz + az))
 
     def sense(self, dt: float) -> None:
-        """Read the pose and velocity of the chassis."""
+        """Read the pose and velocity of the chassis from the world at the end of a tick."""
         self.chassis.read()

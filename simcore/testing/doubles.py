@@ -1,4 +1,4 @@
-"""Test doubles for simcore's inputs."""
+"""Test doubles: a clock that a test advances, and a telemetry sink in memory."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["ManualClock", "MemorySink"]
 
 
 class ManualClock:
-    """Clock that advances only by calls of `advance`, for use as a time supplier.
+    """Time supplier for tests; the time changes only when the test calls `advance`.
 
     >>> clock = ManualClock()
     >>> clock.advance(0.02)
@@ -18,7 +18,7 @@ class ManualClock:
     """
 
     def __init__(self, time: float = 0.0) -> None:
-        """Start the clock at a time [s]."""
+        """Initialize the clock with a time [s]."""
         self.time = time
 
     def __call__(self) -> float:

@@ -1,4 +1,4 @@
-"""Laws for every game, as functions that play an auto and raise AssertionError if the game breaks the law."""
+"""Assertions for any game: functions that play an auto and raise AssertionError if the game violates a law."""
 
 from __future__ import annotations
 
@@ -36,7 +36,10 @@ def _play(game: Game, auto: str, *, seconds: float | None, alliance: Alliance = 
 
 
 def check_conserved(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check after every tick that no piece is lost or created, and that robots hold all pieces counted as held."""
+    """Check after each tick of an auto that no piece is lost or created.
+
+    The check also compares the number of pieces in robots with the number that the match counts as held.
+    """
 
     def check(match: Match) -> None:
         count = match.count
@@ -48,7 +51,7 @@ def check_conserved(game: Game, auto: str, *, seconds: float | None = None) -> N
 
 
 def check_repeatable(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that two runs with the same seed are bit-identical."""
+    """Check that two runs of an auto with the same seed have bit-identical states."""
     digests = []
     for _ in range(2):
         run = _play(game, auto, seconds=seconds)
@@ -58,7 +61,7 @@ def check_repeatable(game: Game, auto: str, *, seconds: float | None = None) -> 
 
 
 def check_questions(game: Game, auto: str, *, seconds: float | None = None, times: int = 100) -> None:
-    """Check that queries of the rules do not change the match: runs with and without queries are equal.
+    """Check that queries of the rules do not change the match: play the auto without and with queries, and compare.
 
     Args:
         game: Game whose rules are queried.
@@ -85,7 +88,10 @@ def check_questions(game: Game, auto: str, *, seconds: float | None = None, time
 
 
 def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check that red mirrors blue under the game's symmetry, with equal scores and paths that agree within 2 cm."""
+    """Check that an auto for a red robot is the symmetric counterpart of the same auto for a blue robot.
+
+    The scores must be equal, and the paths of the robots must agree within 2 cm.
+    """
     blue = _play(game, auto, seconds=seconds, alliance="blue")
     red = _play(game, auto, seconds=seconds, alliance="red")
     blue.match.close()
@@ -106,7 +112,7 @@ def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> No
 
 
 def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check after every tick that no piece is 3 cm deep in the carpet, or outside the field at a height up to 1 m."""
+    """Check after each tick that no piece is 3 cm deep in the carpet, or outside of the field below a height of 1 m."""
     length, width = game.field.size
 
     def check(match: Match) -> None:
@@ -118,21 +124,25 @@ def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -
             low = float((pos[:, 2] - _rest_heights(match, supply.kind, slots)).min())
             assert low > -_SUNK, f"{game.name}, tick {match.ticks}: a {supply.kind.name} is {-low:.3f} m too low"
             inside = (pos[:, 0] > 0.0) & (pos[:, 0] < length) & (pos[:, 1] > 0.0) & (pos[:, 1] < width)
-            high = pos[:, 2] > 1.0  # people return pieces that fly over the wall
+            high = pos[:, 2] > 1.0  # human players return pieces that fly over the wall
             assert (inside | high).all(), f"{game.name}, tick {match.ticks}: {supply.kind.name} outside, kind {number}"
 
     play_auto(game, auto, seconds=seconds, on_tick=check).match.close()
 
 
 def _rest_heights(match: Match, kind: GamePieceConfig, slots: IntArray) -> FloatArray:
-    """Return the rest heights on the carpet of pieces of one kind, for their current attitudes [m], shape (n,)."""
+    """Return the height of each piece's center at rest on the carpet with the current attitude [m], shape (n,)."""
     if isinstance(kind.shape, Sphere):
         return np.full(len(slots), kind.rest_height)
     return np.array([kind.rest_height_at((x, y, z, w)) for w, x, y, z in match.pieces.attitudes(slots).tolist()])
 
 
 def check_placed(game: Game, auto: str, *, seconds: float | None = None) -> None:
-    """Check after every tick that placed pieces fit the zones and capacities of their places, and events the counts."""
+    """Check the placed pieces after each tick.
+
+    All placed pieces must be inside the zones of the resting places. The number of pieces in a resting place must not
+    exceed the capacity, and must be equal to the number of `placed` events minus the number of `removed` events.
+    """
     events: Counter[str] = Counter()
 
     def counted(match: PlayedMatch) -> Rules:

@@ -1,1 +1,1 @@
-"""Cameras: pictures of Limelight and PhotonVision cameras at the robot's true pose, and published results."""
+"""Simulation of Limelight and PhotonVision cameras: images at the robot's true pose, and the published results."""

@@ -1,6 +1,6 @@
-"""Cameras: types, mounts, pipelines, and the projection of field points into a picture.
+"""Configs of cameras (models, mounts, pipelines) and the projection of field points into an image.
 
-Camera axes are WPILib's (x forward, y left, z up); picture axes are u to the right and v down. Projection uses the
+Camera axes are WPILib's (x forward, y left, z up); image axes are u to the right and v down. Projection uses the
 optical frame (x right, y down, z forward).
 """
 
@@ -55,42 +55,44 @@ __all__ = [
 
 
 FULL_CROP = (-1.0, 1.0, -1.0, 1.0)
-"""Crop window of the full picture: x0, x1, y0, y1, from -1 at the left and lower edge to 1 at the right and upper
-edge."""
+"""Crop window (x0, x1, y0, y1) of the full image; -1 is the left or lower edge, 1 the right or upper edge."""
 OPTICAL: FloatArray = np.array([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)])
 """Rotation from camera axes (x forward, y left, z up) to optical axes (x right, y down, z forward)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimelightType:
-    """Camera model of any maker: pinhole camera without distortion, with a centered principal point, and latencies."""
+    """Camera model of any vendor: a pinhole camera with a centered principal point and fixed latencies.
+
+    The model has no lens distortion.
+    """
 
     name: str
     width: int
-    """Width of the picture [px]."""
+    """Width of the image [px]."""
     height: int
-    """Height of the picture [px]."""
+    """Height of the image [px]."""
     horizontal_fov_deg: float
     """Horizontal field of view [deg]."""
     vertical_fov_deg: float
     """Vertical field of view [deg]."""
     frame_rate: float
-    """Processed frames per second [1/s]."""
+    """Number of processed frames per second [1/s]; `CameraConfig.frame_rate` can override the value."""
     capture_latency: float
     """Time from exposure to the start of the pipeline [s]; published as `cl`."""
     pipeline_latency: float
-    """Duration of the pipeline [s]; published as `tl`."""
+    """Processing time of the pipeline [s]; published as `tl`."""
     has_imu: bool = False
-    """Whether the camera has an IMU, so that IMU modes 1 to 4 have an effect."""
+    """Whether the camera has an IMU. Without an IMU, the camera always uses IMU mode 0."""
     imu_drift_deg: float = 0.5
-    """Standard deviation of the IMU's yaw drift in 30 s [deg]. Estimate, +-50 %."""
+    """Standard deviation of the IMU's yaw drift after 30 s [deg]. Estimate, +-50 %."""
     corner_noise: float = 0.085
-    """Standard deviation of a tag corner from frame to frame, in each direction [px]. The presets have 0.115 mrad,
-    fitted to a Limelight on a robot at rest (log of a 2024 robot, `docs/cameras.md`)."""
+    """Standard deviation of the noise of a tag corner, independent in each frame and along each image axis [px]. The
+    noise of the presets is 0.115 mrad, fitted to a Limelight on a robot at rest (2024 log, `docs/cameras.md`)."""
     focal_length: tuple[float, float] = field(init=False)
     """Horizontal and vertical focal length of the pinhole model [px]."""
     principal_point: tuple[float, float] = field(init=False)
-    """Intersection of the optical axis with the picture, from the upper left corner [px]."""
+    """Pixel (u, v) at which the optical axis meets the image, measured from the upper left corner [px]."""
 
     def __post_init__(self) -> None:
         owner = f"LimelightType {self.name!r}"
@@ -138,14 +140,14 @@ LIMELIGHTS: dict[str, LimelightType] = {
         ),
     )
 }  # fmt: skip
-"""Presets of Limelights, by name."""
+"""Limelight presets, by name."""
 
 
 def limelight_type(name: str) -> LimelightType:
-    """Look up a preset by name: LL3, LL3A, LL3G or LL4.
+    """Return the Limelight preset `name`: LL3, LL3A, LL3G or LL4.
 
     Raises:
-        UnknownNameError: If no preset has this name; the message lists the nearest names.
+        UnknownNameError: If no preset has this name; the message lists similar names and all known names.
 
     >>> round(limelight_type("LL4").focal_length[0])
     736
@@ -168,7 +170,8 @@ PHOTON_LENS = LimelightType(
     pipeline_latency=0.030,
     corner_noise=0.11,
 )
-"""Default type of a PhotonVision camera; the pipeline latency is the time from exposure to publishing."""
+"""Default camera model of a PhotonVision camera. The pipeline latency is the whole time from exposure to publication.
+"""
 
 
 def vertical_fov_deg(horizontal_deg: float, width: int, height: int) -> float:
@@ -176,11 +179,11 @@ def vertical_fov_deg(horizontal_deg: float, width: int, height: int) -> float:
 
     Args:
         horizontal_deg: Horizontal field of view [deg].
-        width: Width of the picture [px].
-        height: Height of the picture [px].
+        width: Width of the image [px].
+        height: Height of the image [px].
 
     Raises:
-        ConfigError: If the field of view is not between 0 and 180 degrees, or the picture is empty.
+        ConfigError: If the field of view is not between 0 and 180 degrees, or the width or height is not positive.
 
     >>> round(vertical_fov_deg(90.0, 1280, 720), 1)
     58.7
@@ -195,16 +198,16 @@ def vertical_fov_deg(horizontal_deg: float, width: int, height: int) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraMount:
-    """Pose of a camera on the robot, WPILib's `robot_to_camera`; camera axes: x forward, y left, z up."""
+    """Pose of a camera in the robot frame, like WPILib's `robot_to_camera`; camera axes are x forward, y left, z up."""
 
     x: float = 0.0
     """x coordinate of the camera, forward of the robot's center [m]."""
     y: float = 0.0
     """y coordinate of the camera, left of the robot's center [m]."""
     z: float = 0.0
-    """Height above the carpet [m]."""
+    """Height of the camera above the carpet [m]."""
     roll_deg: float = 0.0
-    """Roll of the camera [deg]."""
+    """Roll about the camera's x axis, positive by the right-hand rule [deg]."""
     pitch_deg: float = 0.0
     """Pitch, positive down as in WPILib [deg]; negative for a camera that points up."""
     yaw_deg: float = 0.0
@@ -234,23 +237,24 @@ class CameraMount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraBias:
-    """Standard deviations of constant errors between true poses and the poses that robot code assumes.
+    """Standard deviations of the constant errors in the poses and focal length that robot code assumes.
 
-    The errors depend on the match's seed; all cameras share the errors of the tags. `CameraBias.none()` has no errors.
-    All values are estimates, within a factor of 3.
+    The errors depend on the seed of the match and are constant during a match. All cameras of a match have the same tag
+    errors. `CameraBias.none()` has no errors. All values are estimates, within a factor of 3.
     """
 
     tag_position: float = 0.002
-    """Position error of each tag along each field axis [m]. The default moves the pose of a robot at rest by 2 cm
-    between one and two visible tags (58 mm were measured on one robot)."""
+    """Standard deviation of the position error of each tag along each field axis [m]. With the default, the estimated
+    pose of a robot at rest shifts by about 2 cm when a second tag becomes visible (measured on one robot: 58 mm)."""
     tag_angle_deg: float = 0.3
-    """Angle error of each tag about each axis [deg]."""
+    """Standard deviation of the angle error of each tag about each field axis [deg]."""
     mount_position: float = 0.002
-    """Position error of the camera on the robot along each axis, after calibration by measured distances [m]."""
+    """Standard deviation of the error of the mounting position along each camera axis [m], after a calibration with
+    measured distances."""
     mount_angle_deg: float = 0.1
-    """Angle error of the camera about each camera axis [deg]."""
+    """Standard deviation of the error of the mounting angle about each camera axis [deg]."""
     focal_length: float = 0.003
-    """Relative error of the calibrated focal length [-]."""
+    """Standard deviation of the relative error of the calibrated focal length [-]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -270,16 +274,16 @@ class CameraBias:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TagPipeline:
-    """Pipeline that finds AprilTags."""
+    """Config of a pipeline that detects AprilTags."""
 
     kind: Literal["tags"] = "tags"
     json: bool = False
-    """Whether each frame is also published as `json`; off by default, as on a new Limelight."""
+    """Whether the camera also publishes each frame to the topic `json`; off by default, as on a new Limelight."""
     downscale: float = 1.0
-    """Downscale factor of the searched picture [-]; a larger factor shortens the range at which tags are readable."""
+    """Downscale factor of the image before detection [-]; a larger factor reduces the range of tag detection."""
     min_side: float = 12.0
-    """Length of the shortest readable edge of a tag [px of the searched picture]; 1.5 px for each of 8 cells. Estimate,
-    +-30 %."""
+    """Shortest edge of a readable tag, in the downscaled image [px]. The default is 1.5 px for each of the 8 cells
+    along an edge. Estimate, +-30 %."""
     max_angle_deg: float = 75.0
     """Largest readable angle between a tag's normal and the line to the camera [deg]; at larger angles, cells merge.
     Estimate."""
@@ -298,21 +302,22 @@ class TagPipeline:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PiecePipeline:
-    """Pipeline that detects game pieces, like a neural detector."""
+    """Config of a pipeline that detects game pieces, like Limelight's neural detector."""
 
     kind: Literal["pieces"] = "pieces"
     json: bool = False
-    """Whether each frame is also published as `json`."""
+    """Whether the camera also publishes each frame to the topic `json`."""
     piece_class: str = ""
-    """Class of pieces to detect; empty for all classes. If pieces have no class, this is the name of detections."""
+    """Class of the pieces to detect; empty for all classes. If the pieces have no classes, every detection has this
+    class name."""
     near: float = 0.1
-    """Distance to the near plane along the optical axis [m]."""
+    """Smallest depth along the optical axis at which a piece is detected [m]."""
     far: float = 4.0
-    """Distance to the far plane along the optical axis [m]."""
+    """Largest depth along the optical axis at which a piece is detected [m]."""
     min_visible: float = 0.4
-    """Smallest visible fraction of a piece for a detection [-]. Estimate."""
+    """Smallest visible fraction of a piece that is detected [-]. Estimate."""
     box_noise: float = 1.0
-    """Standard deviation of each edge of the bounding box [px]. Estimate."""
+    """Standard deviation of the position noise of each edge of the bounding box [px]. Estimate."""
 
     def __post_init__(self) -> None:
         require_fields(self, near=FIELD_LENGTH, far=FIELD_LENGTH, min_visible=FRACTION, box_noise=NOISE_PIXELS)
@@ -325,21 +330,23 @@ Pipeline = TagPipeline | PiecePipeline
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraConfig:
-    """Config of a camera on a robot."""
+    """Config of a camera on a robot: camera model, mount, pipelines and errors."""
 
     name: str = "limelight"
-    """Name of the camera's NetworkTables table in robot code."""
+    """Name of the camera in robot code, without '/'. The camera's NetworkTables table has the same name."""
     maker: Literal["limelight", "photonvision"] = "limelight"
-    """Protocol of the camera; `simcore.robotcode.makers.photonvision` has the ports of PhotonVision cameras."""
+    """Vendor of the camera, which determines the NetworkTables protocol. `simcore.robotcode.makers.photonvision`
+    implements the protocol of PhotonVision."""
     type: LimelightType = field(default_factory=lambda: limelight_type("LL4"))
     mount: CameraMount = field(default_factory=CameraMount)
-    """Pose on the robot without bias; robot code can configure another pose by `camerapose_robotspace_set`."""
+    """Nominal pose of the camera on the robot, without bias. Robot code can configure another pose through the topic
+    `camerapose_robotspace_set`."""
     pipelines: tuple[Pipeline, ...] = (TagPipeline(),)
-    """Pipelines by number, from 0; at most 10."""
+    """One to ten pipelines, in the order of the pipeline numbers, which start at 0."""
     frame_rate: float | None = None
     """Frame rate [1/s]; None for the frame rate of `type`."""
     bias: CameraBias = field(default_factory=CameraBias)
-    """Standard deviations of the errors of camera and tag poses."""
+    """Standard deviations of the constant errors in camera pose, tag poses and focal length."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"camera {self.name!r}", frame_rate=FRAME_RATE)
@@ -350,28 +357,31 @@ class CameraConfig:
 
     @property
     def rate(self) -> float:
-        """Frame rate in effect [1/s]."""
+        """Frame rate of the camera [1/s]: `frame_rate`, or the frame rate of `type`."""
         return self.frame_rate if self.frame_rate is not None else self.type.frame_rate
 
 
 def camera_pose(
     robot_pos: Vector, robot_quat: Quaternion, mount_pos: Vector, mount_quat: Quaternion
 ) -> tuple[Vector, Quaternion]:
-    """Compute the position [m] and attitude of a camera, field frame, from the poses of robot and mount."""
+    """Compute the position [m] and attitude of a camera in the field frame from the robot pose and the mount pose."""
     dx, dy, dz = rotate(robot_quat, mount_pos)
     pos = (robot_pos[0] + dx, robot_pos[1] + dy, robot_pos[2] + dz)
     return pos, multiply(robot_quat, mount_quat)
 
 
 def optical_rotation(quat: Quaternion) -> FloatArray:
-    """Compute the rotation R from field to optical axes, `p_optical = R @ (p_field - camera)`, shape (3, 3)."""
+    """Compute the rotation R from field to optical axes for a camera attitude, shape (3, 3).
+
+    A field point p has the optical coordinates `R @ (p - camera_position)`.
+    """
     return OPTICAL @ matrix(quat).T
 
 
 def project(
     points: FloatArray, pos: Vector, rotation: FloatArray, lens: LimelightType
 ) -> tuple[FloatArray, FloatArray]:
-    """Project field points into the picture.
+    """Project field points into the image.
 
     Args:
         points: Points, field frame [m], shape (n, 3).
@@ -391,14 +401,18 @@ def project(
 
 
 def quad_area(corners: FloatArray) -> FloatArray:
-    """Compute the signed areas of quadrilaterals, (n, 4, 2) [px^2], positive if counter-clockwise in the picture."""
+    """Compute the signed areas of n quadrilaterals [px^2], shape (n,); positive if counter-clockwise in the image.
+
+    Args:
+        corners: Corners (u, v) of the quadrilaterals [px], shape (n, 4, 2).
+    """
     a, b = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
     area: FloatArray = 0.5 * (a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1])
     return area
 
 
 def crop_pixels(crop: tuple[float, float, float, float], lens: LimelightType) -> tuple[float, float, float, float]:
-    """Compute the smallest and largest u, and the smallest and largest v, of a crop window [px]."""
+    """Convert a crop window to pixel limits: smallest u, largest u, smallest v and largest v [px]."""
     x0, x1, y0, y1 = crop
     return (
         0.5 * (x0 + 1.0) * lens.width,

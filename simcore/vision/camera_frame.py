@@ -1,6 +1,7 @@
 """Results of a camera frame: tags, pieces and robot poses, as plain records for any protocol.
 
-The records must not be modified; they are not frozen, because frozen dataclasses take three times as long to create.
+The records must not be modified. The classes are not frozen, because a frozen dataclass takes three times as long to
+create.
 """
 
 from __future__ import annotations
@@ -28,13 +29,13 @@ Pixel = tuple[float, float]
 Corners = tuple[Pixel, Pixel, Pixel, Pixel]
 """Pixels (u to the right, v down) of four corners.
 
-For a tag: lower left, lower right, upper right, upper left as seen facing the tag. For a box: upper left, upper right,
-lower right, lower left.
+The order for a tag is lower left, lower right, upper right, upper left, as seen facing the tag. The order for a
+bounding box is upper left, upper right, lower right, lower left.
 """
 
 
 def as_pixels(corners: FloatArray) -> Corners:
-    """Convert an array of corners, shape (4, 2), to tuples of floats."""
+    """Convert an array of corners [px], shape (4, 2), to tuples of floats."""
     (u0, v0), (u1, v1), (u2, v2), (u3, v3) = corners.tolist()
     return (u0, v0), (u1, v1), (u2, v2), (u3, v3)
 
@@ -55,18 +56,18 @@ class TagPose:
 
 @dataclass(slots=True, eq=False)
 class TagSighting:
-    """Detection of a tag in a picture."""
+    """Detection of a tag in an image."""
 
     id: int
-    """Id of the tag."""
+    """AprilTag id."""
     pixels: Corners
-    """Corners lower left, lower right, upper right, upper left, as seen facing the tag [px]."""
+    """Corners in the order lower left, lower right, upper right, upper left, as seen facing the tag [px]."""
     tx_deg: float
     """Horizontal angle from the principal point to the tag's center, positive to the right [deg]."""
     ty_deg: float
     """Vertical angle from the principal point to the tag's center, positive up [deg]."""
     area_percent: float
-    """Area of the tag as a percentage of the picture [%]."""
+    """Area of the tag as a percentage of the image [%]."""
     camera_distance: float
     """Measured distance from the camera to the tag's center [m]."""
     robot_distance: float
@@ -74,7 +75,7 @@ class TagSighting:
     ambiguity: float
     """Ambiguity, 0 to 1: ratio of the reprojection errors of the better and the worse pose in `poses`."""
     poses: tuple[TagPose, TagPose]
-    """Two poses that fit the tag's corners in the picture, the better fit first."""
+    """Two poses that fit the tag's corners in the image, the better fit first."""
 
     @property
     def corners(self) -> FloatArray:
@@ -84,24 +85,24 @@ class TagSighting:
 
 @dataclass(slots=True, eq=False)
 class PieceSighting:
-    """Detection of a game piece in a picture."""
+    """Detection of a game piece in an image."""
 
     class_id: int
-    """Class id of the detector."""
+    """Id of the piece's class in the detector."""
     class_name: str
-    """Class name of the detector."""
+    """Name of the piece's class in the detector."""
     pixels: Corners
-    """Corners upper left, upper right, lower right, lower left of the bounding box [px]."""
+    """Corners of the bounding box in the order upper left, upper right, lower right, lower left [px]."""
     tx_deg: float
     """Horizontal angle from the principal point to the box's center, positive to the right [deg]."""
     ty_deg: float
     """Vertical angle from the principal point to the box's center, positive up [deg]."""
     area_percent: float
-    """Area of the box as a percentage of the picture [%]."""
+    """Area of the box as a percentage of the image [%]."""
     distance: float
-    """True distance from the camera to the piece's center [m], which defines the nearest piece; not published."""
+    """True distance from the camera to the piece's center [m], for sorting the detections; not published."""
     slot: int
-    """Row of the piece in the arrays of the scene."""
+    """Index of the piece in the arrays of `CameraScene`."""
 
     @property
     def corners(self) -> FloatArray:
@@ -122,15 +123,15 @@ class PoseEstimate:
     yaw_deg: float
     """Yaw of the robot [deg]."""
     tag_count: int
-    """Number of tags used."""
+    """Number of tags in the estimate."""
     tag_span: float
     """Largest distance between two of the tags [m]."""
     average_distance: float
     """Average distance of the tags from the camera [m]."""
     average_area: float
-    """Average area of the tags as a percentage of the picture [%]."""
+    """Average area of the tags as a percentage of the image [%]."""
     std_devs: StdDevs
-    """Standard deviations of x, y, z [m] and roll, pitch, yaw [deg] due to corner noise."""
+    """Standard deviations due to corner noise: x, y, z [m] and roll, pitch, yaw [deg]; 0 for a known angle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,19 +145,20 @@ class ImuReading:
     pitch_deg: float
     """Pitch of the robot [deg]."""
     internal_yaw_deg: float
-    """Yaw of the IMU [deg]."""
+    """Yaw of the IMU [deg]: yaw since power-on with drift, and with the corrections of the IMU mode."""
     rates_dps: Vector
     """Rates of roll, pitch and yaw [deg/s]."""
     acceleration_g: Vector
-    """Gravity in robot axes [g], without the robot's acceleration."""
+    """Accelerometer reading of a robot at rest, in robot axes [g]: (0, 0, 1) for a level robot. The acceleration of a
+    moving robot is not included."""
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class Frame:
-    """Results of one frame."""
+    """Results that a camera publishes for one frame."""
 
     number: int
-    """Number of the frame, counting up by one; published as the heartbeat."""
+    """Number of the frame, counted from 1 and including skipped frames; published as the heartbeat."""
     time: float
     """Simulated time of the exposure [s]."""
     published: float
@@ -164,21 +166,21 @@ class Frame:
     capture_latency: float
     """Time from exposure to the start of the pipeline [s]."""
     pipeline_latency: float
-    """Duration of the pipeline [s]."""
+    """Processing time of the pipeline [s]."""
     pipeline: int
-    """Number of the pipeline."""
+    """Number of the pipeline that processed the frame."""
     pipeline_kind: str
-    """Kind of the pipeline, `tags` or `pieces`."""
+    """Kind of the pipeline that processed the frame, `tags` or `pieces`."""
     json: bool
-    """Whether the frame is also published as JSON."""
+    """Whether the camera also publishes the frame as JSON."""
     tags: tuple[TagSighting, ...] = ()
     pieces: tuple[PieceSighting, ...] = ()
     megatag1: PoseEstimate | None = None
-    """Pose from the picture alone; None without tags."""
+    """Robot pose estimated from the image alone; None if the frame has no tags."""
     megatag2: PoseEstimate | None = None
-    """Pose with a known heading; None without tags or without a solution."""
+    """Robot pose estimated with a known heading; None if the frame has no tags or the solver finds no solution."""
     primary_tag: TagSighting | None = None
-    """Tag whose angles are published: the priority tag, otherwise the largest tag."""
+    """Tag whose angles are published: the priority tag if visible, otherwise the largest tag; None without tags."""
     primary_piece: PieceSighting | None = None
     """Nearest piece; None without pieces."""
     mount: tuple[float, float, float, float, float, float]

@@ -1,4 +1,4 @@
-"""Surroundings of a camera, and detection of game pieces."""
+"""Scene around a camera, occlusion by game pieces, and detection of game pieces."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _NOTHING: FloatArray = np.zeros((0, 3))
 
 
 MOST_DETECTIONS = 32
-"""Largest number of detections in a raw array; the nearest pieces are kept."""
+"""Largest number of pieces that the detector reports for a frame, nearest first."""
 _CANDIDATES = 40  # number of nearest pieces tested for occlusion
 _RIM: FloatArray = np.array([(0.0, 0.0), (0.7, 0.0), (-0.7, 0.0), (0.0, 0.7), (0.0, -0.7)])
-"""Points of a piece tested for occlusion, right and down in radii: the center and four points around it."""
+"""Points of a piece that are tested for occlusion, as offsets (right, down) from the center [radii]."""
 _NEARER: BoolArray = np.repeat(np.tri(_CANDIDATES, k=-1, dtype=bool), len(_RIM), axis=0)
-"""Whether piece j (column) can hide a point of piece i (rows): j < i, as pieces are sorted by distance."""
+"""Whether piece j (column) can hide a point of piece i (rows): j < i, because the pieces are sorted by distance."""
 
 
 class SightLines(Protocol):
-    """Ray test against the field and robots."""
+    """Line-of-sight test against the field and the robots."""
 
     def blocked(self, robot: int, start: Vector, ends: Sequence[Sequence[float]]) -> list[bool]:
         """Return whether the field or another robot blocks the straight line from `start` to each of n `ends`.
@@ -48,7 +48,7 @@ class CameraScene:
     pieces: FloatArray = field(default_factory=lambda: _NOTHING)
     """Centers of all pieces, field frame [m], shape (n, 3)."""
     is_there: BoolArray | None = None
-    """Whether each piece is on the field, shape (n,); None if all pieces are."""
+    """Whether each piece is on the field, shape (n,); None if all pieces are on the field."""
     radii: FloatArray = field(default_factory=lambda: np.zeros(0))
     """Radius of the sphere that represents each piece [m], shape (n,)."""
     class_names: Sequence[str] = ()
@@ -56,21 +56,21 @@ class CameraScene:
     class_ids: IntArray | None = None
     """Class id of each piece, shape (n,); None if all pieces have the first class."""
     sight: SightLines | None = None
-    """Ray test against field and robots; None if only pieces can block the view."""
+    """Line-of-sight test against the field and the robots; None if only pieces can block the view."""
 
 
 def hidden_by_spheres(start: Vector, points: FloatArray, scene: CameraScene) -> BoolArray:
-    """Return whether a piece, as a sphere, hides each point from the camera.
+    """Test whether the spheres that represent the pieces hide points from the camera.
 
     Args:
         start: Position of the camera, field frame [m].
-        points: Points to look at, field frame [m], shape (n, 3).
+        points: Points to test, field frame [m], shape (n, 3).
         scene: Scene with the pieces.
 
     Returns:
         Whether each point is hidden, shape (n,).
     """
-    # Most balls are below all lines of sight and hide nothing, which a single comparison can tell.
+    # Most balls are below all lines of sight and hide nothing; one comparison excludes them.
     z, radii = scene.pieces[:, 2], scene.radii
     is_near: BoolArray = z > min(start[2], float(points[:, 2].min(initial=np.inf))) - radii
     if scene.is_there is not None:
@@ -96,7 +96,7 @@ def find_pieces(
     crop: tuple[float, float, float, float],
     rng: np.random.Generator,
 ) -> tuple[PieceSighting, ...]:
-    """Detect the pieces in a frame, nearest first.
+    """Detect the visible pieces in a frame, nearest first, at most `MOST_DETECTIONS`.
 
     Args:
         scene: Scene with pieces and obstacles.
@@ -104,8 +104,8 @@ def find_pieces(
         pos: Position of the camera, field frame [m].
         rotation: Rotation from field to optical axes, from `optical_rotation`.
         lens: Camera model.
-        pipeline: Pipeline with near plane, far plane and class.
-        crop: Crop window, the part of the picture to search.
+        pipeline: Pipeline with the range of depths, the class and the box noise.
+        crop: Crop window, the part of the image to search.
         rng: Random generator for the noise of the boxes.
     """
     (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
@@ -152,14 +152,14 @@ def find_pieces(
 
 
 def _is_of_class(scene: CameraScene, name: str) -> BoolArray:
-    """Return whether each piece is of a class, shape (n,)."""
+    """Return whether each piece has the class `name`, shape (n,)."""
     ids = np.zeros(len(scene.pieces), dtype=np.int64) if scene.class_ids is None else scene.class_ids
     is_of_it: BoolArray = np.array([known == name for known in scene.class_names])[ids]
     return is_of_it
 
 
 def _visible_part(p: FloatArray, distance: FloatArray, radii: FloatArray) -> FloatArray:
-    """Compute the fraction of each piece that other pieces do not hide [-], shape (n,).
+    """Compute the fraction of the test points of each piece that no other piece hides [-], shape (n,).
 
     Args:
         p: Centers of the pieces, nearest first, optical frame [m], shape (n, 3).
@@ -170,7 +170,7 @@ def _visible_part(p: FloatArray, distance: FloatArray, radii: FloatArray) -> Flo
     x, y, z = (p / distance[:, None]).T
     level = np.maximum(np.hypot(x, z), 1e-9)
     zero = np.zeros(n)
-    across = np.array((z / level, zero, -x / level))  # horizontal in the picture, perpendicular to the view
+    across = np.array((z / level, zero, -x / level))  # horizontal in the image, perpendicular to the view
     down = np.array((-x * y / level, level, -y * z / level))  # perpendicular to both
     rim = _RIM[:, :1] * across.T[:, None, :] + _RIM[:, 1:] * down.T[:, None, :]
     points = p[:, None, :] + radii[:, None, None] * rim

@@ -1,4 +1,4 @@
-"""Robot pose at the time of an exposure, and the heading for MegaTag 2, from robot code or from an IMU."""
+"""Histories of robot poses and angles, and the source of the heading for MegaTag 2: robot code or the camera's IMU."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["AngleHistory", "HeadingSource", "PoseHistory"]
 
 _Value = TypeVar("_Value")
 
-_TELEPORT = 30.0  # [m/s]; a robot that seems faster than this was placed elsewhere
+_TELEPORT = 30.0  # [m/s]; a larger apparent speed means that the robot was placed at a new pose
 
 
 _EXTERNAL, _SEED, _INTERNAL, _MT1_ASSIST, _EXTERNAL_ASSIST = range(5)
@@ -27,7 +27,7 @@ _IMU_RATE = 1000.0  # [1/s]; the assist filter runs at the IMU's rate
 
 
 class _History(Generic[_Value]):
-    """Time-ordered samples with interpolation."""
+    """Time-ordered samples with interpolation between neighbors."""
 
     __slots__ = ("_between", "_span", "_times", "_values")
 
@@ -54,7 +54,10 @@ class _History(Generic[_Value]):
             del times[:32], self._values[:32]
 
     def _look_up(self, time: float) -> _Value | None:
-        """Interpolate the value at a time [s]; outside the samples, use the nearest value; None without samples."""
+        """Return the interpolated value at a time [s], or None without samples.
+
+        Before the first or after the last sample, return the nearest value.
+        """
         times, values = self._times, self._values
         k = bisect_right(times, time)
         if not times or k == len(times):
@@ -65,7 +68,7 @@ class _History(Generic[_Value]):
 
 
 class PoseHistory(_History[tuple[Vector, Quaternion]]):
-    """Poses over time, with linearly interpolated position and attitude.
+    """Recent poses of a robot, with linear interpolation of position and attitude.
 
     >>> history = PoseHistory()
     >>> history.add(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
@@ -77,11 +80,14 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
     __slots__ = ()
 
     def __init__(self, span: float = 2.0) -> None:
-        """Keep poses for `span` [s]."""
+        """Create an empty history that keeps the poses of at least the last `span` seconds."""
         super().__init__(lambda a, b, s: (_lerp(a[0], b[0], s), interpolate(a[1], b[1], s)), span)
 
     def add(self, time: float, pos: Vector, quat: Quaternion) -> None:
-        """Add a pose at a time [s]; a jump back in time or in position (over 30 m/s) first clears the history."""
+        """Add a pose at a time [s].
+
+        Clear the history first if the time is not later than the last time, or if the position changed at over 30 m/s.
+        """
         if self._times:
             step = time - self._times[-1]
             if step <= 0.0 or math.dist(pos, self._values[-1][0]) > _TELEPORT * step:
@@ -89,7 +95,7 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
         self._append(time, (pos, quat))
 
     def at(self, time: float) -> tuple[Vector, Quaternion]:
-        """Interpolate the pose at a time [s]; outside the history, use the nearest pose.
+        """Return the interpolated pose at a time [s], or the nearest pose outside the history.
 
         Raises:
             ConfigError: If no pose was added yet.
@@ -101,23 +107,30 @@ class PoseHistory(_History[tuple[Vector, Quaternion]]):
 
 
 class AngleHistory(_History[Vector]):
-    """Yaw, pitch and roll over time [rad], linearly interpolated; the angles must be continuous."""
+    """Recent yaw, pitch and roll [rad], with linear interpolation; the angles must not wrap around."""
 
     __slots__ = ()
 
     def __init__(self, span: float = 2.0) -> None:
-        """Keep readings for `span` [s]."""
+        """Create an empty history that keeps the angles of at least the last `span` seconds."""
         super().__init__(_lerp, span)
 
     def add(self, time: float, angles: Vector) -> None:
-        """Add a reading at a time [s]; a reading of equal time replaces the last one, an older reading is ignored."""
+        """Add angles [rad] at a time [s].
+
+        Angles with the time of the last entry replace the last entry. Angles with an earlier time are ignored.
+        """
         if self._times and time == self._times[-1]:
             self._values[-1] = angles
         elif not self._times or time > self._times[-1]:
             self._append(time, angles)
 
     def at(self, time: float) -> Vector | None:
-        """Interpolate the reading at a time [s]; outside the history, use the nearest; None without readings."""
+        """Return the interpolated angles [rad] at a time [s], or the nearest angles outside the history.
+
+        Returns:
+            Yaw, pitch and roll [rad]; None if the history is empty.
+        """
         return self._look_up(time)
 
 
@@ -126,16 +139,17 @@ def _lerp(a: Vector, b: Vector, s: float) -> Vector:
 
 
 class HeadingSource:
-    """Source of yaw, pitch and roll at any time in the last two seconds.
+    """Source of the robot's yaw, pitch and roll at any time in the last two seconds.
 
-    IMU modes: 0 heading from robot code; 1 heading from robot code, which also seeds the IMU; 2 IMU alone; 3 IMU
-    corrected by MegaTag 1; 4 IMU corrected by the heading from robot code. Without an IMU the mode is always 0.
+    The IMU modes are: 0, heading from robot code; 1, heading from robot code, which also seeds the IMU; 2, IMU alone;
+    3, IMU corrected by MegaTag 1; 4, IMU corrected by the heading from robot code. A camera without an IMU uses mode 0.
 
-    The yaw of the IMU is zero at power-on for any heading of the robot, and follows the robot with a slow drift.
+    The IMU's yaw is zero at power-on, whatever the robot's heading. The IMU then follows the robot's yaw with a slow
+    drift.
 
     Args:
         has_imu: Whether the camera has an IMU.
-        drift_deg: Standard deviation of the IMU's yaw drift in 30 s [deg].
+        drift_deg: Standard deviation of the IMU's yaw drift after 30 s [deg].
         rng: Random generator for the drift.
     """
 
@@ -144,7 +158,7 @@ class HeadingSource:
         self._walk = math.radians(drift_deg) / math.sqrt(30.0)
         self._rng = rng
         self.mode = _EXTERNAL
-        """IMU mode, 0 to 4; ignored without an IMU."""
+        """IMU mode, 0 to 4; no effect if the camera has no IMU."""
         self.assist = 0.001
         """Weight of the correction in modes 3 and 4, per IMU sample of 1 ms [-]."""
         self._sent = AngleHistory()
@@ -156,7 +170,12 @@ class HeadingSource:
         self._gravity = (0.0, 0.0, 1.0)
 
     def tell(self, time: float, orientation: Sequence[float]) -> None:
-        """Record the orientation from robot code: yaw, yaw rate, pitch, pitch rate, roll, roll rate [deg, deg/s]."""
+        """Record the orientation that robot code sent at a time [s].
+
+        Args:
+            time: Simulated time at which robot code sent the orientation [s].
+            orientation: Yaw, yaw rate, pitch, pitch rate, roll and roll rate [deg, deg/s]; the rates are not used.
+        """
         yaw = math.radians(orientation[0])
         last = self._sent.at(math.inf)
         if last is not None:
@@ -164,9 +183,9 @@ class HeadingSource:
         self._sent.add(time, (yaw, math.radians(orientation[2]), math.radians(orientation[4])))
 
     def move(self, time: float, quat: Quaternion) -> None:
-        """Update the IMU from the robot's true attitude at a time [s], with drift and the mode's correction.
+        """Update the IMU from the robot's true attitude at a time [s]; do nothing without an IMU.
 
-        Call the method once a tick.
+        Add the drift, and correct the yaw in the modes 1 and 4. Call this method once a tick.
         """
         if not self._has_imu:
             return
@@ -190,17 +209,22 @@ class HeadingSource:
         self._internal.add(time, (self._yaw, pitch, roll))
 
     def after_megatag1(self, yaw_deg: float, since: float) -> None:
-        """Correct the IMU by a MegaTag 1 heading [deg] in mode 3; `since` is the time since the previous frame [s]."""
+        """Correct the IMU's yaw toward a MegaTag 1 yaw in mode 3; do nothing in other modes.
+
+        Args:
+            yaw_deg: Yaw of the robot from MegaTag 1 [deg].
+            since: Time since the previous frame with tags [s].
+        """
         if self._has_imu and self.mode == _MT1_ASSIST:
             self._draw_to(math.radians(yaw_deg), since)
 
     def attitude(self, time: float) -> FloatArray:
-        """Return the rotation from robot to field axes at a time [s] by the current mode, shape (3, 3)."""
+        """Return the rotation from robot to field axes at a time [s], from the source of the IMU mode, shape (3, 3)."""
         yaw, pitch, roll = self._at(time)
         return matrix(from_rpy(roll, pitch, yaw))
 
     def reading(self) -> ImuReading | None:
-        """Return the current readings of the IMU; None without an IMU."""
+        """Return the latest readings of the IMU; None without an IMU or before the first call of `move`."""
         if not self._has_imu or self._true is None:
             return None
         yaw, _, _ = self._at(self._time)
@@ -215,11 +239,11 @@ class HeadingSource:
         )
 
     def _at(self, time: float) -> Vector:
-        """Return yaw, pitch and roll at a time [rad]; zeros before robot code has sent a heading."""
+        """Return yaw, pitch and roll [rad] at a time [s] from the source of the IMU mode; zeros without data."""
         is_internal = self._has_imu and self.mode >= _INTERNAL
         return (self._internal if is_internal else self._sent).at(time) or (0.0, 0.0, 0.0)
 
     def _draw_to(self, yaw: float, dt: float) -> None:
-        """Apply the complementary filter toward a yaw [rad] over the IMU samples of dt [s]."""
+        """Move the IMU's yaw toward a yaw [rad] by a complementary filter, one step per IMU sample in dt [s]."""
         share = 1.0 - (1.0 - self.assist) ** (_IMU_RATE * dt)
         self._yaw += share * math.remainder(yaw - self._yaw, math.tau)

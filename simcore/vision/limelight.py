@@ -1,4 +1,4 @@
-"""Simulation of a camera that exposes frames at a frame rate, and publishes the results after a latency."""
+"""Simulation of a camera that exposes frames at a fixed rate and publishes the results after a latency."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class CameraRequest:
 
     topic: str
     values: tuple[float, ...] | None
-    """Numbers of the request; None if the value is not a number."""
+    """Numbers that robot code wrote; None if robot code wrote something other than numbers."""
     time: float | None = None
     """Simulated time at which robot code sent the request [s]; None for the current time."""
 
@@ -68,7 +68,7 @@ class CameraNetwork(Protocol):
 
 @dataclass(slots=True, eq=False)
 class _Exposure:
-    """Exposed frame whose results are not published yet."""
+    """Exposed frame with detections, before the results are published."""
 
     number: int
     time: float
@@ -78,7 +78,7 @@ class _Exposure:
     rotation: FloatArray
     """Rotation from field to optical axes, shape (3, 3)."""
     rows: list[int] = field(default_factory=list)
-    """Rows of the visible tags in the layout."""
+    """Indices of the visible tags in the arrays of the layout."""
     pixels: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 2)))
     """Corners of the visible tags [px], shape (k, 4, 2)."""
     pieces: tuple[PieceSighting, ...] = ()
@@ -86,7 +86,7 @@ class _Exposure:
 
 @dataclass(slots=True)
 class _RequestLog:
-    """Log of invalid requests; each kind of problem is logged once."""
+    """Logger for requests that are invalid or have no effect, with one log line per kind of problem."""
 
     camera: str
     known: set[tuple[str, str]] = field(default_factory=set)
@@ -107,23 +107,24 @@ class _RequestLog:
         if topic in NO_EFFECT:
             _log.info("%s: %s changes nothing here: %s", self.camera, topic, NO_EFFECT[topic])
         elif topic in NOT_MODELED:
-            _log.warning("%s: %s is not modeled; what the camera publishes stays as it is", self.camera, topic)
+            _log.warning("%s: %s is not modeled; it has no effect on what the camera publishes", self.camera, topic)
         else:
             hint = nearest(topic, (*INPUTS, _ORIENTATION, *NO_EFFECT, *NOT_MODELED))
             _log.warning("%s: robot code writes %s, which a Limelight does not read.%s", self.camera, topic, hint)
 
 
 class LimelightSim:
-    """Simulation of a camera on a robot.
+    """Simulation of a Limelight or PhotonVision camera on a robot.
 
     Args:
         config: Config of the camera.
-        layout: Tags of the field at their nominal poses, as assumed by robot code.
+        layout: Tags of the field at the nominal poses, which robot code assumes.
         rng: Random generator for noise, bias, and the time of the first exposure.
         robot: Number of the robot that carries the camera.
-        ports: Ports to robot code.
-        tag_errors: Errors of the tag poses, in standard deviations of the config's bias: rotation and translation of
-            each tag, shape (n, 6), equal for all cameras of a match; None to draw errors for this camera alone.
+        ports: Connections to robot code; the camera publishes each frame on all ports.
+        tag_errors: Rotation and translation errors of each tag as multiples of the standard deviations in
+            `config.bias`, shape (n, 6). All cameras of a match get the same errors. None to draw errors for this camera
+            alone.
     """
 
     def __init__(
@@ -140,7 +141,7 @@ class LimelightSim:
         self.layout = layout
         self.robot = robot
         self.is_off = False
-        """Whether processing is switched off; frames are then empty and take no computing time."""
+        """Whether image processing is switched off. The camera then publishes empty frames."""
         self.ports = list(ports)
         self.settings = CameraSettings.of(config)
         self.heading = HeadingSource(has_imu=config.type.has_imu, drift_deg=config.type.imu_drift_deg, rng=rng)
@@ -179,13 +180,17 @@ class LimelightSim:
     # --- requests -----------------------------------------------------------------------------------------------
 
     def listen(self, time: float) -> None:
-        """Read and apply all new requests of robot code at the current time [s]."""
+        """Read the new requests of robot code from all ports, and apply the requests at the current time [s]."""
         for port in self.ports:
             for request in port.read():
                 self.request(request, time)
 
     def request(self, request: CameraRequest, time: float) -> None:
-        """Apply a request at the current time [s]; an invalid request has no effect."""
+        """Apply a request of robot code at the current time [s].
+
+        An invalid request does not change a setting. The method counts invalid requests in `bad_requests`, and logs a
+        warning for each kind of problem once.
+        """
         topic, values = request.topic, request.values
         if topic not in INPUTS and topic != _ORIENTATION:
             self._request_log.note(topic)
@@ -206,7 +211,7 @@ class LimelightSim:
     # --- frames -------------------------------------------------------------------------------------------------
 
     def update(self, time: float, history: PoseHistory, scene: CameraScene) -> list[Frame]:
-        """Expose the latest frame that is due, and publish all frames that are ready.
+        """Update the IMU, expose the latest frame that is due, and publish all frames at the end of the latency.
 
         Args:
             time: Current simulated time [s].
@@ -228,7 +233,7 @@ class LimelightSim:
         while self._next <= time:
             if self._skip > 0:
                 self._skip -= 1
-            elif self._next + self._period > time:  # robot code sees only the latest of several frames in a tick
+            elif self._next + self._period > time:  # robot code reads only the latest of several frames in a tick
                 working.append(self._expose(self._next, history, scene))
                 self._skip = self.settings.throttle
             self._number += 1
@@ -242,14 +247,17 @@ class LimelightSim:
         return published
 
     def pose_at(self, pos: Vector, quat: Quaternion) -> tuple[Vector, Quaternion]:
-        """Compute the true pose of the camera, with mounting error, for a robot pose: position [m] and attitude.
+        """Compute the true position [m] and attitude of the camera, field frame, for a robot pose in the field frame.
 
-        Both poses are in the field frame.
+        The result contains the mounting error.
         """
         return camera_pose(pos, quat, *self._mount)
 
     def move_to(self, mount: CameraMount) -> None:
-        """Change the mount of the camera from the next frame on; the mounting error stays."""
+        """Change the true and the configured mount of the camera; keep the mounting error.
+
+        The change applies from the next frame on.
+        """
         self._mount = camera_pose(mount.position, mount.rotation, *self._mount_bias)
         self.settings.mount = limelight_mount(mount)
         self.settings.version += 1
@@ -260,9 +268,9 @@ class LimelightSim:
             port.close()
 
     def _expose(self, time: float, history: PoseHistory, scene: CameraScene) -> _Exposure:
-        """Return an exposure with the visible tags or pieces and their noise.
+        """Return an exposure with noisy corners of the visible tags, or with the detected pieces.
 
-        The scene is less than a tick newer than the exposure.
+        The exposure is empty if image processing is off. The scene is less than a tick newer than the exposure.
         """
         pos, quat = self.pose_at(*history.at(time))
         rotation = optical_rotation(quat)
@@ -295,9 +303,9 @@ class LimelightSim:
         return exposure
 
     def _finish(self, exposure: _Exposure, latency: float) -> Frame:
-        """Return the frame of an exposure, with robot poses solved from the tags by MegaTag 1 and MegaTag 2.
+        """Return the frame of an exposure, with robot poses estimated from the tags by MegaTag 1 and MegaTag 2.
 
-        MegaTag 2 uses the heading at the exposure time; in IMU mode 3, the result of MegaTag 1 corrects the IMU.
+        MegaTag 2 uses the heading at the exposure time. In IMU mode 3, the yaw of MegaTag 1 corrects the IMU.
         """
         self._follow_settings()
         lens = self.config.type
@@ -346,7 +354,7 @@ class LimelightSim:
         )
 
     def _follow_settings(self) -> None:
-        """Update the configured mount and the wanted tag ids, once after each change of the settings."""
+        """Update the configured mount and the wanted tag ids if the settings changed since the last call."""
         settings = self.settings
         if self._settings_seen == settings.version:
             return

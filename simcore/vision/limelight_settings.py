@@ -1,4 +1,4 @@
-"""Camera settings that robot code can change; an invalid request has no effect and returns a reason."""
+"""Camera settings that robot code can change by requests. An invalid request changes nothing and returns the reason."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Values = Sequence[float]
 
 @dataclass(slots=True)
 class CameraSettings:
-    """Current settings of a camera, changed by `apply` and by `LimelightSim.move_to`."""
+    """Current settings of a camera, which `apply` and `LimelightSim.move_to` change."""
 
     config: CameraConfig
     pipeline: int = 0
@@ -34,15 +34,15 @@ class CameraSettings:
     throttle: int = 0
     """Number of frames to skip after each processed frame."""
     is_driver_camera: bool = False
-    """Whether the camera is a driver camera, which does not process pictures."""
+    """Whether the camera is in driver camera mode, without image processing."""
     imu_mode: int = 0
-    """IMU mode, 0 to 4; see `HeadingSource`."""
+    """IMU mode, 0 to 4, as defined by `HeadingSource`."""
     imu_assist: float = 0.001
     """Weight of the correction in IMU modes 3 and 4, per IMU sample of 1 ms [-]."""
     mount: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Configured camera pose on the robot: forward, right, up [m], roll, pitch (positive up), yaw [deg]."""
     version: int = field(default=0)
-    """Number of changes so far."""
+    """Number of changes of the settings so far."""
 
     @classmethod
     def of(cls, config: CameraConfig) -> CameraSettings:
@@ -50,14 +50,14 @@ class CameraSettings:
         return cls(config, mount=limelight_mount(config.mount))
 
     def apply(self, topic: str, values: Values) -> str | None:
-        """Apply a request.
+        """Apply a request from robot code to the setting of a topic.
 
         Args:
             topic: Name of the topic, a key of `INPUTS`.
             values: Numbers of the request; a single number is a sequence of length one.
 
         Returns:
-            None if the request is valid, otherwise the reason for rejecting it; a rejected request changes nothing.
+            None if the request is valid, otherwise the reason for the rejection. A rejected request changes nothing.
         """
         if not all(math.isfinite(v) for v in values):
             return f"needs finite numbers, got {list(values)}"
@@ -85,7 +85,7 @@ class CameraSettings:
 
 @dataclass(frozen=True, slots=True)
 class _Setting:
-    """Setting that a topic changes."""
+    """Setting that robot code changes through a NetworkTables topic."""
 
     name: str
     """Name of the field in `CameraSettings`."""
@@ -94,7 +94,7 @@ class _Setting:
     needs: str
     """Description of valid numbers, for messages."""
     is_valid: Callable[[Values], bool]
-    """Function that returns whether numbers are valid."""
+    """Function that returns whether finite numbers of the required count are valid."""
     of: Callable[[Values], object]
     """Function that converts valid numbers to the value of the field."""
 
@@ -131,7 +131,7 @@ INPUTS = {
     ),
     "camerapose_robotspace_set": _Setting("mount", 6, "a place and angles", lambda v: True, tuple),
 }  # fmt: skip
-"""Settings by topic; `robot_orientation_set` is not included, because the camera keeps a history of orientations."""
+"""Settings by topic. `robot_orientation_set` is not included, because `HeadingSource` keeps all recent orientations."""
 
 NO_EFFECT = {
     "ledMode": "there are no lights",
@@ -141,10 +141,10 @@ NO_EFFECT = {
     "capture_rewind": "nothing is recorded",
     "llrobot": "a Python pipeline would read it, and there is none",
 }
-"""Topics of a real Limelight that do not affect the camera's output in simulation, with the reason."""
+"""Topics of a real Limelight that have no effect on the simulated output, each with the reason for log messages."""
 
 NOT_MODELED = ("fiducial_offset_set", "keystone_set")
-"""Topics of a real Limelight that affect the camera's output, but are not modeled."""
+"""Topics of a real Limelight that affect the camera's output but are not modeled in simulation."""
 
 
 def limelight_mount(mount: CameraMount) -> tuple[float, float, float, float, float, float]:

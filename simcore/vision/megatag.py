@@ -1,6 +1,6 @@
-"""Poses from tag corners: pose of each tag, and robot pose by MegaTag 1 (picture alone) and MegaTag 2 (known heading).
+"""Estimation of tag poses and of the robot pose from tag corners, by MegaTag 1 (image alone) or 2 (known heading).
 
-The result of a solver is modeled as the true pose plus the corner errors, propagated through the linearized projection.
+The modeled result of a solver is the true pose plus the effect of the corner errors in the linearized projection.
 With the Jacobian J (8 x 6) of a tag's corners with respect to its pose, corner errors e move the least-squares pose by
 (J^T J)^-1 J^T e, with covariance s^2 (J^T J)^-1 for noise s in each direction. Source: R. Hartley, A. Zisserman,
 "Multiple View Geometry in Computer Vision", sections 5.2 and A6.
@@ -29,7 +29,7 @@ __all__ = ["Mounting", "TagPicture", "flip_pose", "solve_tags"]
 _NEAR = 0.01  # [m]; smallest depth of a corner: the flipped pose of a near tag can have corners behind the lens
 _EXACT = 1e-20  # [-]; square of the rounding error of corners without noise
 _IDENTITY: FloatArray = np.eye(3)
-_HALF_TURN: FloatArray = np.diag([-1.0, -1.0, 1.0])  # of a tag in the plane of its face
+_HALF_TURN: FloatArray = np.diag([-1.0, -1.0, 1.0])  # half turn of a tag about the normal of the tag's face
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,15 +48,18 @@ class Mounting:
 
 
 def flip_pose(rotations: FloatArray, places: FloatArray) -> FloatArray:
-    """Compute the second attitude in which each tag has nearly the same picture, with a mirrored normal.
+    """Compute a second attitude of each tag that projects to nearly the same image.
 
-    The mirror is the line of sight: half a turn in the tag's plane, then half a turn about the line of sight. In weak
-    perspective the two pictures are equal. Source: D. Oberkampf, D. DeMenthon, L. Davis, "Iterative Pose Estimation
-    Using Coplanar Feature Points", CVIU 63 (1996).
+    The second normal is the first normal mirrored at the line of sight. The rotation is half a turn in the plane of the
+    tag, then half a turn about the line of sight. In weak perspective, the two images are equal. Source: D. Oberkampf,
+    D. DeMenthon, L. Davis, "Iterative Pose Estimation Using Coplanar Feature Points", CVIU 63 (1996).
 
     Args:
         rotations: Rotations from tag face axes (right, up, out of the face) to optical axes, shape (k, 3, 3).
         places: Centers of the tags, optical frame [m], shape (k, 3).
+
+    Returns:
+        Rotations from tag face axes to optical axes in the second attitude, shape (k, 3, 3).
     """
     sight = places / _lengths(places)[:, None]
     mirrored: FloatArray = (2.0 * sight[:, :, None] * sight[:, None, :] - _IDENTITY) @ rotations @ _HALF_TURN
@@ -66,7 +69,7 @@ def flip_pose(rotations: FloatArray, places: FloatArray) -> FloatArray:
 def solve_tags(
     rotations: FloatArray, places: FloatArray, seen: FloatArray, size: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Compute a Gauss-Newton step for the pose of each tag, solved separately.
+    """Compute one Gauss-Newton step for the pose of each tag separately.
 
     Args:
         rotations: Initial rotation of each tag, from face axes to optical axes, shape (..., 3, 3).
@@ -99,17 +102,17 @@ def solve_tags(
 
 
 class TagPicture:
-    """Visible tags of a frame, and the poses estimated from them.
+    """Visible tags of a frame, with the poses of the tags and of the robot estimated from the tag corners.
 
-    Two poses of a single tag fit the corners about equally well: the true pose and the pose of `flip_pose`. The better
-    fit is chosen, so noise flips small and frontal tags. The ambiguity of a tag is the ratio of the two errors, as
-    defined in PhotonVision's documentation ("3D Tracking").
+    Two poses of a single tag fit the corners about equally well: the true pose and the pose of `flip_pose`. The solver
+    chooses the better fit, so noise can flip the pose of a small or frontal tag. The ambiguity of a tag is the ratio of
+    the two reprojection errors, as defined in PhotonVision's documentation ("3D Tracking").
 
     Args:
-        layout: All tags at their nominal poses, as assumed by robot code and camera.
-        true_layout: All tags at their true poses.
+        layout: All tags at the nominal poses, which robot code and the camera assume.
+        true_layout: All tags at the true poses.
         offsets: True poses relative to nominal poses: rotation [rad] and translation [m], field axes, shape (n, 6).
-        rows: Rows of the k visible tags, k >= 1.
+        rows: Indices of the k visible tags in the arrays of the layouts, k >= 1.
         pixels: Detected corners of the visible tags [px], shape (k, 4, 2).
         eye: True position of the camera, field frame [m].
         rotation: Rotation from field to true optical axes, shape (3, 3).
@@ -161,7 +164,7 @@ class TagPicture:
         if len(better) == 1 and self._noise > 0.0:
             self._normal[:3, :3] += self._noise**2 / hidden[0] * _IDENTITY
         self.tags = self._sightings(pixels, lens, doubt)
-        """Detections of the tags, each solved separately."""
+        """Detections of the visible tags, in the order of `rows`; the pose of each tag is solved separately."""
         self._statistics = _statistics(layout, self._rows, self.tags)
 
     def _sightings(self, pixels: FloatArray, lens: LimelightType, doubt: FloatArray) -> tuple[TagSighting, ...]:
@@ -182,7 +185,10 @@ class TagPicture:
         )  # fmt: skip
 
     def megatag1(self) -> PoseEstimate:
-        """Estimate the robot pose from the picture alone: the better pose of a single tag, or a least-squares fit."""
+        """Estimate the robot pose from the image alone.
+
+        The estimate uses the better pose of a single tag, or a least-squares fit to several tags.
+        """
         covariance = np.linalg.inv(self._normal)
         if len(self._rows) == 1:
             row = self._rows[0]
@@ -206,14 +212,15 @@ class TagPicture:
     def megatag2(self, attitude: FloatArray) -> PoseEstimate | None:
         """Estimate the robot position by linear least squares, with the attitude from robot code or the camera's IMU.
 
-        With t = -R c, a corner X satisfies t_x - x t_z = x p_z - p_x for p = R X, and the analogous equation for y.
-        Divided by the depth, the error of this equation is a distance in the picture.
+        For a camera at c with the rotation R and t = -R c, a corner X at the image point (x, y) satisfies
+        t_x - x t_z = x p_z - p_x with p = R X, and the analogous equation for y. The error of this equation divided by
+        the depth is a distance in the image.
 
         Args:
             attitude: Rotation from robot to field axes, shape (3, 3); an attitude error causes a position error.
 
         Returns:
-            Estimate, or None if a tag would be behind the camera, which needs a large attitude error.
+            Estimate; None if the solution puts a tag behind the camera, because of a large attitude error.
         """
         rotation = self._mounting.to_optical @ attitude.T
         points = (self._layout.corners[self._rows] @ rotation.T).reshape(-1, 3)

@@ -30,17 +30,18 @@ class QuestConfig:
     """
 
     mount: CameraMount | None = None
-    """Pose on the robot; None to derive the pose from robot code's first pose reset, see `QuestHeadset.reset`."""
+    """Pose of the headset on the robot; None to derive the pose from the pose resets of robot code, as explained at
+    `QuestHeadset.reset`."""
     frame_rate: float = 100.0
-    """Poses per second [1/s]. Source of the default: QuestNav's documentation."""
+    """Number of published poses per second [1/s]. Source of the default: QuestNav's documentation."""
     position_noise: float = 0.002
-    """Standard deviation of the position noise of each pose, in each direction [m]."""
+    """Standard deviation of the position noise of each pose along each axis [m]."""
     angle_noise_deg: float = 0.05
-    """Standard deviation of the angle noise of each pose, about each axis [deg]."""
+    """Standard deviation of the angle noise of each pose about each axis [deg]."""
     position_drift: float = 0.02
-    """Standard deviation of the drift of x and y in 150 s [m]."""
+    """Standard deviation of the position drift along x and along y after 150 s [m]."""
     yaw_drift_deg: float = 1.0
-    """Standard deviation of the yaw drift in 150 s [deg]."""
+    """Standard deviation of the yaw drift after 150 s [deg]."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -58,18 +59,19 @@ class QuestFrame:
     """Published pose of a headset."""
 
     number: int
-    """Number of the frame, counting up by one."""
+    """Number of the frame; the first frame has number 1."""
     time: float
-    """Simulated time of the pose [s]; poses have no latency, because the headset predicts the pose."""
+    """Simulated time of the pose [s]. The model has no latency, because a headset publishes predicted poses."""
     position: Vector
-    """Position in the frame of the last reset [m]; before the first reset, in the frame of the start pose."""
+    """Position in the frame that the last pose reset defines, or relative to the start pose before the first reset [m].
+    """
     attitude: Quaternion
     """Attitude in the same frame as the position."""
 
 
 @dataclass(slots=True)
 class PoseReset:
-    """Headset pose that robot code sets."""
+    """Request of robot code to set the current pose of the headset, field frame [m]."""
 
     position: Vector
     attitude: Quaternion
@@ -83,7 +85,7 @@ class HeadsetPort(Protocol):
         ...
 
     def publish(self, frames: Sequence[QuestFrame], battery_percent: int) -> None:
-        """Publish poses, oldest first, and the battery level."""
+        """Publish poses, oldest first, and the battery level [%]."""
         ...
 
     def close(self) -> None:
@@ -92,13 +94,13 @@ class HeadsetPort(Protocol):
 
 
 class QuestHeadset:
-    """Simulation of a headset on a robot.
+    """Simulation of a QuestNav headset on a robot.
 
     Args:
         config: Config of the headset.
         rng: Random generator for noise and drift.
         robot: Number of the robot that carries the headset.
-        ports: Ports to robot code.
+        ports: Connections to robot code; the headset publishes each pose on all ports.
     """
 
     def __init__(
@@ -113,7 +115,7 @@ class QuestHeadset:
         self.robot = robot
         self.ports = list(ports)
         self.mount = config.mount
-        """Pose on the robot, from the config or derived from a reset; None while unknown."""
+        """Pose of the headset on the robot, from the config or derived from a pose reset; None while unknown."""
         self._assumed = CameraMount()  # used while `mount` is unknown
         self.last: QuestFrame | None = None
         self.resets = 0
@@ -133,24 +135,28 @@ class QuestHeadset:
         self._step = walk * np.array(drift)
 
     def listen(self, time: float, history: PoseHistory) -> None:
-        """Read and apply all new pose resets of robot code at the current time [s]."""
+        """Read all new pose resets of robot code, and apply the resets at the current time [s].
+
+        Resets wait until the history contains a pose of the robot.
+        """
         for port in self.ports:
             self._waiting += port.read()
         self._take_resets(time, history)
 
     def _take_resets(self, time: float, history: PoseHistory) -> None:
-        """Apply the waiting resets as soon as the robot's pose is known."""
+        """Apply the waiting resets at a time [s] if the history contains a pose of the robot."""
         if len(history):
             waiting, self._waiting = self._waiting, []
             for reset in waiting:
                 self.reset(reset, *history.at(time))
 
     def reset(self, believed: PoseReset, robot_pos: Vector, robot_quat: Quaternion) -> None:
-        """Set the current pose of the headset, field frame; later poses are relative to this pose.
+        """Set the current pose of the headset in the field frame; later poses are relative to this pose.
 
-        If the config has no mount, the headset derives the mount for which the reset is correct, because robot code
-        computes the reset from a robot pose and a mount. If the derived mount is over 1 m from the robot's center, the
-        headset is assumed at the center, with the rotation of the reset, until a later reset is plausible.
+        Robot code computes the reset from a robot pose and a mount. A headset without a mount derives the mount for
+        which the reset is correct. If the derived mount is over 1 m from the robot's center, the headset uses the
+        derived rotation at the center of the robot, with the derived height if plausible, until a later reset gives a
+        mount within 1 m.
 
         Args:
             believed: Pose of the headset, field frame, as assumed by robot code.
@@ -193,7 +199,7 @@ class QuestHeadset:
             self.reset(self._last_reset[0], robot_pos, robot_quat)
 
     def update(self, time: float, history: PoseHistory) -> list[QuestFrame]:
-        """Publish all poses that are due and the battery level, and return the poses, oldest first.
+        """Apply waiting resets, publish the due poses and the battery level, and return the poses, oldest first.
 
         Args:
             time: Current simulated time [s].
@@ -249,7 +255,10 @@ class QuestHeadset:
 def _frame_to(
     believed_pos: Vector, believed_quat: Quaternion, pos: Vector, quat: Quaternion
 ) -> tuple[Vector, Quaternion]:
-    """Compute the translation [m] and rotation from the field frame to the frame of a reset."""
+    """Compute the translation [m] and rotation that map a true pose to the pose that robot code assumes.
+
+    Both poses of the headset are in the field frame.
+    """
     x, y, z, w = quat
     turn = multiply(believed_quat, (-x, -y, -z, w))
     rx, ry, rz = rotate(turn, pos)

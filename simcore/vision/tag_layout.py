@@ -1,4 +1,4 @@
-"""AprilTag layouts: official layouts from WPILib, or files in WPILib's JSON format."""
+"""AprilTag layouts of a field, from WPILib's official layouts or from files in WPILib's JSON format."""
 
 from __future__ import annotations
 
@@ -53,17 +53,20 @@ OFFICIAL_LAYOUTS = {
 
 @dataclass(frozen=True, eq=False)
 class TagLayout:
-    """All tags of a field, one row per tag, created by `of`; a tag's x axis points out of the face, z up."""
+    """AprilTags of a field, one row per tag.
+
+    The x axis of a tag points out of the tag's face, and the z axis points up. The method `of` creates a layout.
+    """
 
     ids: IntArray
-    """Tag ids, ascending, shape (n,)."""
+    """Tag ids in ascending order, shape (n,)."""
     centers: FloatArray
-    """Centers, field frame [m], shape (n, 3)."""
+    """Centers of the tags, field frame [m], shape (n, 3)."""
     rotations: FloatArray
     """Rotations from tag axes to field axes, shape (n, 3, 3)."""
     corners: FloatArray
-    """Corners lower left, lower right, upper right, upper left, as seen facing the tag, field frame [m], shape
-    (n, 4, 3)."""
+    """Corners of the tags, field frame [m], shape (n, 4, 3), in the order lower left, lower right, upper right, upper
+    left, as seen facing the tag."""
     field_size: tuple[float, float]
     """Length and width of the field [m]."""
     size: float
@@ -77,10 +80,10 @@ class TagLayout:
     def of(
         cls, tags: Iterable[tuple[int, Vector, Quaternion]], *, field_size: tuple[float, float], size: float = TAG_SIZE
     ) -> TagLayout:
-        """Create a layout.
+        """Create a layout with the tags sorted by id.
 
         Args:
-            tags: Id, center in the field frame [m] and attitude of each tag.
+            tags: Id, center in the field frame [m], and attitude (unit quaternion from tag to field axes) of each tag.
             field_size: Length and width of the field [m].
             size: Edge length of the black square [m].
 
@@ -117,7 +120,7 @@ class TagLayout:
         return cls(*arrays[:4], field_size, size, *arrays[4:])
 
     def displaced(self, offsets: FloatArray) -> TagLayout:
-        """Return a copy in which each tag is displaced.
+        """Return a copy of the layout with rotated and translated tags.
 
         Args:
             offsets: Rotation vector about the tag's center [rad] and translation [m], field axes, shape (n, 6).
@@ -127,7 +130,7 @@ class TagLayout:
 
     @property
     def id_list(self) -> list[int]:
-        """Ids as a list, in the order of the rows."""
+        """Tag ids as a list of integers, in row order."""
         numbers: list[int] = self.ids.tolist()
         return numbers
 
@@ -165,7 +168,7 @@ def official_layout(name: str) -> TagLayout:
     """Load an official layout by short name or by WPILib's name (`k2026RebuiltWelded`).
 
     Raises:
-        UnknownNameError: If no layout has this name; the message lists the nearest names.
+        UnknownNameError: If no layout has this name; the message lists similar names and all known names.
     """
     known = _official_rows()
     layout = known.get(OFFICIAL_LAYOUTS.get(name, name))
@@ -178,13 +181,17 @@ def official_layout(name: str) -> TagLayout:
 
 @cache
 def _official_rows() -> dict[str, Any]:
-    """Read all official layouts from the file written by `scripts/make_tag_layouts.py`."""
+    """Read all official layouts, by WPILib name, from the file that `scripts/make_tag_layouts.py` writes."""
     data: dict[str, Any] = json.loads(Path(__file__).with_name("tag_layouts.json").read_text(encoding="utf-8"))
     return data
 
 
 def load_layout(path: Path, *, size: float = TAG_SIZE) -> TagLayout:
-    """Load a layout from a file in WPILib's JSON format.
+    """Load a layout from a file in WPILib's JSON format, and normalize the quaternions.
+
+    Args:
+        path: Path of the file.
+        size: Edge length of the black square of each tag [m].
 
     Raises:
         ConfigError: If the file is missing or malformed; the message names the file.

@@ -1,4 +1,4 @@
-"""Visibility of tags: position in the picture, size, angle to the camera, and occlusion."""
+"""Tests of the visibility of tags: position and size in the image, viewing angle, and occlusion."""
 
 from __future__ import annotations
 
@@ -19,15 +19,18 @@ _NEAREST = 0.1  # [m]; a tag whose center is closer to the lens is out of focus
 _CLEAR = 0.05
 """Gap between the end of a line of sight and the tag's face [m].
 
-The mesh of a tag's support is up to 14 mm in front of the tag, at some corners up to 39 mm (measured on the field of
-2026).
+The mesh of a tag's support is up to 14 mm in front of the tag, and up to 39 mm at some corners (measured on the 2026
+field mesh).
 """
 _EDGE_POINTS: FloatArray = np.array(
     [(x, y, 1) for x, y in ((-1, -1), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (0, 0))], dtype=float
 )
-"""Points of a tag that must be visible, in half edges: 8.3 cm apart, so that no piece of 15 cm fits in between."""
+"""Points of a tag that must be visible: right and up [half edges], out of the face [`_CLEAR`], shape (9, 3).
+
+Adjacent points are 8.3 cm apart, so a piece of 15 cm in front of the tag cannot fit between the points.
+"""
 _RAYS = (0, 2, 4, 6, 8)  # indices in `_EDGE_POINTS` of the points tested by rays: corners and center
-_MOVED = 0.3  # [m]; camera travel after which a result is out of date: the fastest obstacle's travel in `_STALE`
+_MOVED = 0.3  # [m]; camera travel after which a result is out of date: travel of the fastest obstacle in `_STALE`
 _STALE = 0.1  # [s]; age at which a result is out of date
 
 
@@ -45,17 +48,17 @@ def find_tags(
     """Find the tags that a camera could read without occlusion.
 
     Args:
-        layout: All tags at their true poses.
+        layout: All tags at the true poses.
         lens: Camera model.
         pos: Position of the camera, field frame [m].
         rotation: Rotation from field to optical axes, from `optical_rotation`.
-        min_side: Length of the shortest readable edge in the picture [px].
+        min_side: Length of the shortest readable edge in the image [px].
         max_angle_deg: Largest readable angle between a tag's normal and the line to the camera [deg].
-        crop: Crop window, the part of the picture to search.
+        crop: Crop window, the part of the image to search.
         wanted: Ids of the tags to find; None for all tags.
 
     Returns:
-        Rows of the k readable tags in the layout, and pixels (u, v) of their corners, shape (k, 4, 2).
+        Indices of the k readable tags in the layout, and pixels (u, v) of the corners of these tags, shape (k, 4, 2).
     """
     way = layout.centers - pos
     lean = math.cos(math.radians(max_angle_deg)) * np.sqrt((way * way).sum(axis=1))
@@ -76,12 +79,12 @@ def find_tags(
 class Occlusion:
     """Occlusion test between a camera and the tags.
 
-    Pieces, as spheres, are tested in every frame against the lines of sight to nine points of a tag. The field and
-    robots are tested by rays to the corners and the center, every 0.1 s or 30 cm and in one call per frame, because
-    rays take most of the time, 3 us each.
+    Every frame tests the pieces, modeled as spheres, against the lines of sight to nine points of a tag. Rays to the
+    corners and the center test the field and the robots. A ray takes 3 us. The test therefore keeps a result of the
+    rays for 0.1 s or 30 cm of camera travel, and casts all rays of a frame in one call.
 
     Args:
-        layout: Tags of the field at their true poses.
+        layout: Tags of the field at the true poses.
         robot: Number of the robot that carries the camera.
     """
 
@@ -96,7 +99,7 @@ class Occlusion:
         """Return whether each of k tags has a clear line of sight to the camera, shape (k,).
 
         Args:
-            rows: Rows of the tags in the layout.
+            rows: Indices of the k tags in the layout.
             pos: Position of the camera, field frame [m].
             scene: Scene with the possible obstacles.
             time: Current simulated time [s].
@@ -110,7 +113,10 @@ class Occlusion:
         return free
 
     def _refresh(self, rows: Sequence[int], pos: Vector, sight: SightLines, time: float) -> None:
-        """Cast rays to all tags whose last result is too old, or from a camera position too far away."""
+        """Cast rays to the tags without a valid result.
+
+        A result is valid for 0.1 s, while the camera is within 30 cm of the position at the time of the result.
+        """
         stale = []
         for row in rows:
             last = self._known.get(row)

@@ -47,7 +47,7 @@ class Bodies:
         self.records: Records = records(BODY, 0)
         """Records of type `BODY`, in the order in which the bodies were added."""
         self.rows: list[int] = []
-        """Row of each body in the world, by number."""
+        """Row in the world of each body, indexed by body number."""
         self.number_of: dict[int, int] = {}
         """Number of each body, by row."""
         self.robots: list[int] = []

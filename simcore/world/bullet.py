@@ -8,7 +8,7 @@ Settings and their reasons:
   Spring and damper carry load only without split impulses. The solver starts from the forces of the previous step.
   Otherwise a robot that presses against a wall would need more iterations.
 - Contacts start at a gap of 1 mm, because the default of 20 mm suppresses slow bounces. Continuous collision detection
-  is off, because it removes the bounce, and because sub-steps are cheaper while few pieces are fast.
+  is off, because this detection removes the bounce, and because sub-steps are cheaper while few pieces are fast.
 - simcore decides which bodies sleep. Bullet's sleep thresholds are 0, so Bullet only wakes sleeping bodies on contact.
 """
 
@@ -99,7 +99,7 @@ def _silent_stdio() -> Iterator[None]:
         sys.stdout.flush()
         sys.stderr.flush()
         saved = {fd: os.dup(fd) for fd in (1, 2)}
-    except (OSError, ValueError, AttributeError):  # stdout and stderr are no files (pythonw, some IDEs)
+    except (OSError, ValueError, AttributeError):  # stdout and stderr are not files (pythonw, some IDEs)
         yield
         return
     null = os.open(os.devnull, os.O_WRONLY)
@@ -146,7 +146,7 @@ class BulletEngine(Engine):
             contactBreakingThreshold=_CONTACT_DISTANCE,  # global to the process, so every client sets it again
             numSolverIterations=_SOLVER_ITERATIONS,
             solverResidualThreshold=_RESIDUAL,
-            deterministicOverlappingPairs=1,  # 5-8 % of a step
+            deterministicOverlappingPairs=1,  # takes 5-8 % of a step
             collisionFilterMode=0,  # both masks must agree
             useSplitImpulse=0,  # with split impulses, springs carry no load
             warmStartingFactor=_WARM_START,
@@ -255,8 +255,8 @@ class BulletEngine(Engine):
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
         """Apply forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
 
-        PyBullet takes a force at the center of mass only in body axes. This method uses the world frame instead, with
-        the center of mass as the point at which the force acts.
+        PyBullet accepts a force at the center of mass only in body axes. This method therefore applies the force in the
+        world frame at the position of the center of mass.
         """
         p, client, ids = self._p, self._open(), self._ids
         for row, force, center in zip(rows, forces.tolist(), self.centers(rows).tolist(), strict=True):
@@ -271,7 +271,7 @@ class BulletEngine(Engine):
 
     def sleep(self, row: int) -> None:
         p, client = self._p, self._open()
-        if row in self._fixed:  # it is at rest
+        if row in self._fixed:  # a fixed body is at rest
             self._unfix(row, activationState=p.ACTIVATION_STATE_SLEEP)
             return
         p.resetBaseVelocity(self._ids[row], (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), client)

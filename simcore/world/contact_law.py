@@ -125,7 +125,7 @@ FOAM_STIFFNESS = 1e5
 The value is an estimate, within a factor of 3.
 """
 FOAM = TerrainSurface(name="FOAM", friction=0.8, restitution=0.5, stiffness=FOAM_STIFFNESS)
-"""Default surface of game pieces."""
+"""Surface of a foam piece, the default for game pieces."""
 
 # --- pairs ----------------------------------------------------------------------------------------------------------
 

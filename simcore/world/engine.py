@@ -161,7 +161,7 @@ class Engine(Protocol):
         ...
 
     def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:
-        """Find the first hits of segments on bodies whose collision group is in `mask`.
+        """Find the first hit of each segment on bodies with a collision group in `mask`.
 
         Args:
             start: Starts of the segments, field frame [m], shape (n, 3).
@@ -171,9 +171,9 @@ class Engine(Protocol):
         ...
 
     def reset(self) -> None:
-        """Remove all bodies and statics; rows count from 0 again."""
+        """Remove all bodies and statics; the next body gets row 0."""
         ...
 
     def close(self) -> None:
-        """Free all resources; may be called twice."""
+        """Free all resources; a second call has no effect."""
         ...

@@ -34,7 +34,7 @@ MIN_EXTENT = 0.5
 REFUSED_OVER = 20
 """Multiple of `max_triangles` above which loading a mesh is an error instead of a warning."""
 
-_BEYOND, _HIGHEST = 3.0, 6.0  # [m]; stations and chutes are outside the field, and no field element was ever so high
+_BEYOND, _HIGHEST = 3.0, 6.0  # [m]; stations and chutes are outside the field, and no field element has been higher
 _UNITS = {"meters": 1.0, "feet": 0.3048, "inches": 0.0254, "centimeters": 0.01, "millimeters": 0.001}
 
 _log = logging.getLogger(__name__)
@@ -66,7 +66,11 @@ class FieldBoundary:
         )
 
     def elements(self, surface: TerrainSurface = WALL) -> tuple[FieldElement, ...]:
-        """Return the walls `boundary_right` (y = 0), `boundary_left`, `boundary_blue` (x = 0) and `boundary_red`."""
+        """Return the four walls as field elements.
+
+        The names are `boundary_right` (at y = 0), `boundary_left` (at y = width), `boundary_blue` (at x = 0) and
+        `boundary_red` (at x = length).
+        """
         t = self.thickness
         side, end = (self.length, t, self.side_height), (t, self.width + 2.0 * t, self.end_height)
         middle = self.length / 2.0, self.width / 2.0
@@ -273,8 +277,8 @@ class FieldGeometry:
 def _without_image(elements: Sequence[FieldElement], symmetry: FieldSymmetry) -> list[str]:
     """Return the names of groups with parts whose bounds have no image under the symmetry.
 
-    The other half of the field may divide a surface differently. The function therefore also compares the common bounds
-    of all parts of a group that have no image.
+    The other half of the field may divide a surface differently. For the parts without an image, the function therefore
+    also compares the overall bounds of the parts of each group.
     """
     low_high = [outline_points(element.shape) + element.position for element in elements]
     bounds = np.array([[points.min(axis=0), points.max(axis=0)] for points in low_high])

@@ -36,7 +36,7 @@ class HangingConfig:
 
     name: str
     shape: Box | Cylinder | Sphere
-    """Shape; the origin is the center of mass, and the axes at rest are the field axes."""
+    """Collision shape with the center of mass at the origin; at rest, the axes of the shape are the field axes."""
     mass: float
     """Mass [kg]."""
     pivot: Vector
@@ -124,15 +124,15 @@ class HangingBody:
     # --- interface for climbers -----------------------------------------------------------------------------------
 
     def to_rest(self, place: Vector) -> Vector:
-        """Return the position at rest of the body point with the present position `place`, field frame [m]."""
+        """Map the present position of a body point to the point's position at rest, field frame [m]."""
         return self._from_pivot(rotate_back(self.quat, self._arm(place)))
 
     def from_rest(self, place: Vector) -> Vector:
-        """Return the present position of the body point with the position at rest `place`, field frame [m]."""
+        """Map the position at rest of a body point to the point's present position, field frame [m]."""
         return self._from_pivot(rotate(self.quat, self._arm(place)))
 
     def velocity_at(self, place: Vector) -> Vector:
-        """Return the velocity of the body point with the present position `place`, field frame [m/s]."""
+        """Return the velocity of the body point at the present position `place` [m], field frame [m/s]."""
         return cross(self.rate, self._arm(place))
 
     def mobility_at(self, place: Vector) -> float:

@@ -35,10 +35,10 @@ MAX_PLATES = 32
 """Largest number of flat faces of an open surface; a surface with more faces counts as curved and stays a triangle
 mesh."""
 SAME_PLACE = 0.02
-"""Largest difference between the bounds of a part and of its image on the other half of the field [m].
+"""Largest difference between the bounds of a part and the bounds of the image on the other half of the field [m].
 
-Building tolerances are smaller. The error of a plate on the wrong side is larger: the plate thickness of 0.05 m, and
-thus at least 0.029 m along one axis.
+Building tolerances are smaller. The error of a plate on the wrong side is larger: the plate thickness of 0.05 m, with
+at least 0.029 m along one axis.
 """
 _LEVEL = 0.05
 """Absolute value of `Sheet.rise` below which a surface counts as upright [-]."""
@@ -112,7 +112,7 @@ def decompose(vertices: FloatArray, triangles: IntArray, *, group: str = "") -> 
         return []
     if (solid := _solid(points, faces)) is not None:
         return [solid]
-    # Solids that touch stay separate if the file gives each its own vertices.
+    # Solids that touch stay separate if the file gives each solid its own vertices.
     pieces = _pieces(vertices, triangles, group)
     if len(pieces) == 1 or not all(_is_closed_body(*piece) for piece in pieces):
         pieces = _pieces(points, faces, group)

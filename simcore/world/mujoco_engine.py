@@ -220,7 +220,7 @@ class MuJoCoEngine(Engine):
         """
         self._build()
         if self._is_stale:
-            if (self._moved & self._asleep).any():  # MuJoCo would wake them
+            if (self._moved & self._asleep).any():  # MuJoCo would wake these bodies
                 self._list_awake(~self._asleep | self._moved)
             self._kinematics()
             self._moved[:] = self._is_stale = False
@@ -304,7 +304,7 @@ class MuJoCoEngine(Engine):
             bad = int(np.nonzero(~np.isfinite(self._qvel).all(axis=1))[0][0])
             raise EngineError(f"MuJoCo lost body {self._row_of_body[bad]}: its velocity is not finite")
         awake = d.tree_asleep < 0
-        if (awake == asleep).any():  # MuJoCo woke touched bodies, or put resting ones to sleep
+        if (awake == asleep).any():  # MuJoCo woke touched bodies, or put resting bodies to sleep
             woken = fixed[awake[fixed]]
             self._qpos[fixed], self._qvel[fixed], self._moved[woken] = before, 0.0, True
             asleep &= self._fixed | ~awake
@@ -336,7 +336,7 @@ _TOUCHING = 0.001
 _TRIANGLE_THICKNESS = 0.001  # [m]; MuJoCo takes the convex hull of a mesh, so each triangle becomes a thin prism
 _SMALLEST_AREA = 1e-10  # [m^2]
 _ITERATIONS, _TOLERANCE = 50, 1e-8  # of the Newton solver
-_IMPEDANCE = 0.99  # fraction of a load that a contact carries at once, the spring the rest: 55 kg sink by 0.01 mm
+_IMPEDANCE = 0.99  # fraction of a load that a contact supports without the spring; 55 kg sink by 0.01 mm
 _CREEP = 10.0  # ratio of friction stiffness to normal stiffness: reduces the creep of a body on a slope
 _TWIST = 1e-3  # [m], lever of the friction about the normal; estimate: 2/3 mu a for a patch of radius a of some mm
 _MEMORY = 48_000_000  # [bytes] for contacts; the system allocates pages when they are first touched
@@ -363,11 +363,11 @@ class _CompiledModel:
     row_of_body: IntArray
     """Row of each moving body, shape (bodies,)."""
     row_of_geom: IntArray
-    """Row of each shape, shape (geoms,)."""
+    """Row of the body that owns each geom, shape (geoms,)."""
     statics: int
     """Number of shapes of statics."""
     is_smooth: BoolArray
-    """Whether each moving body can touch statics, all without friction and restitution, shape (bodies,)."""
+    """Whether each moving body can touch statics, and no static with friction or restitution, shape (bodies,)."""
     is_rigid: BoolArray
     """Whether each shape is part of a static without friction and restitution, shape (geoms,)."""
 
@@ -488,7 +488,7 @@ class _Contacts:
         return self._known[kind]
 
     def is_smooth(self, body: BodyDefinition) -> bool:
-        """Return whether a body can touch statics, all without friction and restitution."""
+        """Return whether a body can touch statics, and no static with friction or restitution."""
         statics = [(surface, mass) for surface, mass, *_ in self._touched(body) if mass == 0.0]
         return bool(statics) and all(_is_rigid(surface, mass) for surface, mass in statics)
 

@@ -41,9 +41,9 @@ __all__ = ["BumperPart", "RecordRows", "RobotDynamics", "is_met_in_plan", "slice
 
 _BAND = 0.02  # [m]; outlines are computed at multiples of this height, slightly below the requested height
 _LOW = 0.1  # [m]; elements below this height touch only wheels and frames
-_LIFT = 0.003  # [m]; outlines are kept while a robot's height changes by less
+_LIFT = 0.003  # [m]; change of a robot's height below which the outlines are kept
 _THIN = 1e-5  # [m^2]; smallest area of an outline that bumpers can touch
-_COVERED = 1e-3  # [m]; distance outside a side of the points at which other outlines are tested for covering the side
+_COVERED = 1e-3  # [m]; distance outside a side at which `_covered` tests for other outlines
 _SINK = 0.0003  # [m]; compression of the wheels under the robot's weight
 _DAMPING_RATIO = 0.9  # of wheels, bumpers and frame on the ground; estimate
 _STIFFER = 3.0  # ratio of the stiffness of bumpers and frame to the stiffness of wheels
@@ -151,7 +151,7 @@ class RobotDynamics:
         self._parts = RecordRows("parts of bumpers", PART, 16 * _ROOM)
         self._springs = RecordRows("contacts", SPRING, SPRINGS * _ROOM)
         self._clock = np.zeros(1, np.int64)
-        self._reported = 0  # number of brown-outs and resets reported so far
+        self._reported = 0  # number of brownouts and resets reported so far
         self._number_of: dict[int, int] = {}  # robot number by row
         self._statics: list[tuple[int, tuple[FloatArray, ...], TerrainSurface]] = []
         self._slices: dict[tuple[int, int], tuple[int, int]] = {}
@@ -299,6 +299,18 @@ class RobotDynamics:
         touched: list[int] = robot["touches"][: robot["touched"]].tolist()
         return touched
 
+    def containing(self, place: Sequence[float]) -> int:
+        """Return the row of a robot whose bumpers or frame contain a point, field frame [m]; -1 for no robot."""
+        model = self._parts.taken["model"]
+        for row, number in self._number_of.items():
+            body = self._bodies.of(row)[0]
+            x, y, z = body["axes"].T @ (np.asarray(place) - body["pos"])
+            inside = (model["robot"] == number) & (model["bottom"] < z) & (z < model["top"])
+            inside &= np.abs(x - model["x"]) < model["half_length"]
+            if (inside & (np.abs(y - model["y"]) < model["half_width"])).any():
+                return row
+        return -1
+
     def wheel_gaps(self, number: int, count: int) -> list[float]:
         """Return the gap between each wheel of a robot and floor or field in the last step, negative in contact [m]."""
         first = int(self.robots["model"]["first_point"][number])
@@ -360,7 +372,7 @@ class RobotDynamics:
             self._slice_field()
 
     def report_brownouts(self) -> None:
-        """Call `report` of all batteries if a brown-out or reset has begun since the last call."""
+        """Call `report` of all batteries if a brownout or reset has begun since the last call."""
         batteries = self._batteries.taken
         begun = sum(batteries["brownouts"].tolist()) + sum(batteries["resets"].tolist())
         if begun != self._reported:
@@ -479,7 +491,7 @@ def slice_between(points: FloatArray, low: float, high: float) -> FloatArray:
     found = [points[(z >= low) & (z <= high), :2]]
     for level in (low, high):
         below, above = points[z < level], points[z > level]
-        if len(below) and len(above):  # every line between such points is in the shape, and its edges are among them
+        if len(below) and len(above):  # lines between such points are in the shape and include the edges
             share = (level - below[:, 2])[:, None] / (above[None, :, 2] - below[:, None, 2])
             cut = below[:, None, :2] + share[..., None] * (above[None, :, :2] - below[:, None, :2])
             found.append(cut.reshape(-1, 2))

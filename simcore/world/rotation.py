@@ -107,7 +107,7 @@ def interpolate(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
 
 
 def rotate(q: Sequence[float], v: Sequence[float]) -> Vector:
-    """Rotate a vector by `q`, for example from robot axes to field axes."""
+    """Return a vector rotated by a unit quaternion `q`, for example from robot axes to field axes."""
     qx, qy, qz, qw = q
     vx, vy, vz = v
     tx, ty, tz = 2.0 * (qy * vz - qz * vy), 2.0 * (qz * vx - qx * vz), 2.0 * (qx * vy - qy * vx)

@@ -303,7 +303,7 @@ def stands(shape: Shape, quat: Quaternion = IDENTITY) -> bool:
 
 
 def _low_points(part: Part, axes: FloatArray) -> FloatArray:
-    """Return the points of a part that can touch the ground, relative to the origin of the rotated shape [m]."""
+    """Return the points of a rotated part that can touch the ground, relative to the shape's origin [m], (n, 3)."""
     origin = axes @ np.array(part.offset)
     if isinstance(part.shape, Sphere):
         return np.array([origin - (0.0, 0.0, part.shape.radius)])

@@ -1,8 +1,8 @@
 """Symmetry of a field between blue and red.
 
 A game defines robots, scripts and zones for blue. The red half of a field is the blue half, either rotated by
-180 degrees about the center (`rotate`), or mirrored in the plane at half the length (`mirror`). The name `flip_pose`
-follows PathPlanner's `FlippingUtil`.
+180 degrees about the center (`rotate`) or mirrored across the center line (`mirror`). The name `flip_pose` follows
+PathPlanner's `FlippingUtil`.
 """
 
 from __future__ import annotations

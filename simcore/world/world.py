@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CollisionGroup", "PhysicsWorld"]
 
-_STEP = 0.005  # [s], step of a world without a match
+_STEP = 0.005  # [s], engine step of a world outside a match
 _FLOOR_THICKNESS = 1.0  # [m]; a plane would make one contact per tick, and driven boxes would sink into it
 _FLOOR_LENGTH = 2_000.0  # [m]; nothing reaches the edge. On a floor of 4 km and more, cylinders wobble longer
 
@@ -54,7 +54,7 @@ class CollisionGroup:
     """Collision groups of the engine's bodies, one bit each."""
 
     STATIC = 1
-    """Static field."""
+    """Floor and static field."""
     PIECE = 2
     """Game pieces that are not balls; the engine has no balls."""
     ROBOT = 4
@@ -69,7 +69,7 @@ class PhysicsWorld:
     """Rigid-body world with gravity. Use as a context manager, or call `close`.
 
     Args:
-        engine: Engine, or its name, `bullet` or `mujoco`; None for the default of `engine_choice`.
+        engine: Engine, or the name of an engine (`bullet` or `mujoco`); None for the default of `engine_choice`.
         floor: Surface of the endless floor at z = 0, or None for no floor.
         gravity: Gravitational acceleration, downward [m/s^2]; None for the value of `engine`, or for standard gravity
             if `engine` is a name or None.
@@ -164,7 +164,7 @@ class PhysicsWorld:
         self._begin()
 
     def close(self) -> None:
-        """Free the engine, if one has started; may be called twice."""
+        """Free the engine, if the engine has started; a second call has no effect."""
         if self._engine is not None:
             self._engine.close()
 
@@ -210,7 +210,7 @@ class PhysicsWorld:
         return row
 
     def add_field(self, elements: Iterable[FieldElement], *, drivable: Sequence[str] = ()) -> None:
-        """Add all elements of a field.
+        """Add all elements of a field as statics.
 
         Args:
             elements: Field elements, for example `FieldGeometry.elements`.
@@ -326,7 +326,7 @@ class PhysicsWorld:
         self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, mask if touchable else 0)
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
-        """Place a body at rest, field frame [m]; the function also wakes a body that the engine moves.
+        """Place a body at rest at a position [m] and attitude, field frame, and wake a body that the engine moves.
 
         Raises:
             NonFiniteError: If a value is not finite or the quaternion is zero; the pose then does not change.
@@ -352,7 +352,7 @@ class PhysicsWorld:
         self.engine.wake(row)
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
-        """Set the velocity of a body, field frame [m/s, rad/s]; the function also wakes a body that the engine moves.
+        """Set the velocity [m/s] and angular velocity [rad/s] of a body, field frame, and wake a body of the engine.
 
         Raises:
             NonFiniteError: If a value is not finite; the velocity then does not change.
@@ -447,8 +447,8 @@ class PhysicsWorld:
     def is_flat(self, x: float, y: float, reach: float) -> bool:
         """Return whether the floor is the only drivable surface within `reach` [m] of a point of the field [m].
 
-        The function compares with the bounding boxes of drivable elements, without a tolerance, so results are the same
-        for red and blue. The result is False in a world without a floor.
+        The test uses the bounding boxes of drivable elements without a tolerance, so that the results for red and blue
+        agree. The result is False in a world without a floor.
         """
         return bool(self.are_flat(np.array([(x, y)]), np.array([reach]))[0])
 

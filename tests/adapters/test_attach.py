@@ -129,7 +129,7 @@ class PhysicsEngine:
 """
 
 
-def test_a_teams_own_physics_runs_alongside_with_pyfrcs_controller(project_of):
+def test_a_teams_own_physics_engine_runs_next_to_simcore_with_pyfrcs_controller(project_of):
     """Without the fixture `sim`, the program runs without simcore."""
     pytest.importorskip("pyfrc", reason="2027 has no physics controller")
     run = project_of({"robot.py": LOGGED, "physics.py": PHYSICS})

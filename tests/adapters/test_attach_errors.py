@@ -31,12 +31,12 @@ def said(scenario):
         ("file", ("simcore.toml [robot]: mass must be a number from 20 to 75 kg, got -1",)),
     ],
 )
-def test_the_error_for_each_mistake_contains_the_expected_words(said, mistake, words):
+def test_each_mistake_in_program_or_file_raises_an_error_that_names_the_fault(said, mistake, words):
     for text in words:
         assert text in said[mistake]
 
 
-def test_one_id_on_two_buses_is_reported(said):
+def test_two_devices_with_one_id_on_two_buses_are_reported(said):
     assert said["two buses"].startswith(
         "ConfigError: TalonFX 31 and TalonFX canivore:31, on two CAN buses, are one device in CTRE's own simulation"
     )

@@ -11,7 +11,7 @@ pytestmark = pytest.mark.slow
 STARTING = Path(__file__).parent / "robots" / "starting"
 
 
-def test_robot_and_pieces_are_at_the_start_poses_of_the_auto(project_of):
+def test_the_robot_and_the_pieces_are_at_their_start_poses_when_an_auto_begins(project_of):
     """At 1 m/s, an estimate may lag 2 cm, the travel of a tick, behind the true pose.
 
     The program takes 1 s to start; pyfrc allows only 2 s, too few on a busy computer.

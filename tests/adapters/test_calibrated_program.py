@@ -12,13 +12,13 @@ pytest.importorskip("pyfrc", reason="needs RobotPy: pip install -e .[robotpy]")
 ROBOTS = Path(__file__).with_name("robots")
 
 
-def test_calibrate_takes_drivetrain_and_sides_from_the_program():
+def test_calibrate_takes_the_drivetrain_and_its_sides_from_the_program():
     robot = described(ROBOTS / "tank")
     assert isinstance(robot.drivetrain, TankConfig) and robot.about == "as the program builds it"
     assert robot.devices == {"Spark-0": "left", "Spark-2": "left", "Spark-1": "right", "Spark-3": "right"}
 
 
-def test_a_program_without_a_drivetrain_still_has_mechanisms():
+def test_a_program_without_a_drivetrain_has_mechanisms_but_its_drivetrain_raises():
     robot = described(ROBOTS / "sparked")
     assert robot.settings.mechanisms
     with pytest.raises(ConfigError, match="needs only kind, drive_motor, drive_gearing and wheel_diameter"):

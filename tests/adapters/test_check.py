@@ -28,7 +28,7 @@ CHANGES = (
 """A missing `opposed`, an unknown id, a start in the hub, a muzzle outside the robot, and a wrong gearing."""
 
 
-def test_differences_between_program_and_file_are_reported_as_wrong(project_of):
+def test_check_reports_differences_between_program_and_file(project_of):
     """Matching settings are reported too: the pivot starts at its upper stop and reads 0.25 turns there."""
     run = project_of(ROBOTS / "described")
     folder = run.folder

@@ -112,7 +112,7 @@ def test_again(sim):
 """
 
 
-def test_a_robot_described_only_by_its_file_takes_fuel_in_at_both_ends_and_scores_with_its_turret(project_of):
+def test_a_robot_described_by_its_file_takes_fuel_in_at_both_ends_and_scores(project_of):
     run = project_of(ROBOTS / "turreted")
     code, said = run(TURRETED, "-rP")
     assert code == 0 and "2 passed" in said, said
@@ -141,7 +141,7 @@ def test_guessed_mechanisms_reach_their_setpoints(sim):
 """
 
 
-def test_undescribed_motors_turn_guessed_mechanisms_with_and_without_a_file_from_init(project_of):
+def test_undescribed_motors_turn_guessed_mechanisms_with_or_without_a_file(project_of):
     run = project_of(ROBOTS / "generated")
     (run.folder / "simcore.toml").write_text('game = "rebuilt"\n')
     code, said = run(GENERATED, "-rP")
@@ -157,7 +157,7 @@ def test_undescribed_motors_turn_guessed_mechanisms_with_and_without_a_file_from
     assert other == pytest.approx(one, rel=2e-3, abs=2e-3)
 
 
-def test_a_tank_robot_passes_the_generic_robot_tests(project_of):
+def test_a_tank_robot_drives_with_true_odometry_identically_in_two_tests(project_of):
     run = project_of(ROBOTS / "tank")
     code, said = run(TANK, "-rP")
     assert code == 0, said

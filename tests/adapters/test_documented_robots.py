@@ -1,4 +1,4 @@
-"""Code printed in the docs runs as printed: a Choreo trajectory, and partners and opponents in simcore.toml."""
+"""Code in the docs runs as printed: a Choreo trajectory, and partners and opponents in simcore.toml."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_a_partner_and_two_opponents_wait_for_the_driver_station_and_then_play(s
 
 
 @pytest.mark.slow
-def test_scripted_robots_share_the_field_with_robot_code(project_of):
+def test_the_scripted_robots_of_the_docs_wait_and_then_play_next_to_robot_code(project_of):
     run = project_of(FIRST)
     (run.folder / "physics.py").unlink()  # simcore finds the drivetrain by itself
     (run.folder / "simcore.toml").write_text(block("whole_match.md", r"\[\[partner\]\]", "toml"))
@@ -106,7 +106,7 @@ def test_a_robot_follows_a_choreo_trajectory_on_the_field(project_of):
     assert code == 0, said
 
 
-def test_the_pathplanner_code_in_the_docs_equals_the_example():
+def test_the_pathplanner_code_in_the_docs_appears_unchanged_in_the_example():
     assert indent(block("autos.md", r"AutoBuilder\.configure"), "    ") in (
         ROOT / "examples" / "rebuilt_robot" / "path_autos.py"
     ).read_text(encoding="utf-8")

@@ -53,7 +53,7 @@ def test_the_deployed_program_starts_without_the_simulation(scenario, absent):
 
 
 @pytest.mark.slow
-def test_the_deployed_program_of_a_described_robot_starts_without_the_simulation(scenario):
+def test_a_deployed_program_with_a_simcore_toml_starts_without_the_simulation(scenario):
     pytest.importorskip("robotpy_installer", reason="needs robotpy deploy: pip install robotpy")
     done = scenario("deployed", str(DESCRIBED))
     assert done["loaded"] == [] and set(done["autos"]) == {"two coral", "nothing"}
@@ -89,7 +89,7 @@ def test_pytest_collects_the_tests_of_an_example_in_its_folder(folder, python):
 
 
 @pytest.mark.slow
-def test_the_examples_unit_tests_of_its_camera_reader_pass(project, python):
+def test_the_unit_tests_of_the_examples_camera_reader_pass(project, python):
     """These tests need no robot."""
     code, said = python(project, "-m", "pytest", "-q", "-c", os.devnull, "--rootdir", ".", "tests/vision_test.py")
     assert code == 0 and " passed" in said and "skipped" not in said, said[-4000:]
@@ -104,7 +104,7 @@ def test_robotpy_test_passes_in_the_example(project, python):
 @pytest.mark.slow
 @pytest.mark.realtime
 def test_keyboard_keys_drive_the_robot_take_in_fuel_and_shoot(scenario):
-    """In the simulator's window on a virtual screen: W A S D, Q E, M, comma, period, slash."""
+    """Keys go to the simulator's window on a virtual screen: W A S D, Q E, M, comma, period, slash."""
     for tool in ("Xvfb", "xdotool"):
         if shutil.which(tool) is None:
             pytest.skip(f"needs {tool} for a virtual screen: apt-get install xvfb xdotool")

@@ -19,7 +19,7 @@ PITCH, ROLL = math.degrees(0.1), math.degrees(-0.05)
 
 @pytest.fixture(scope="module")
 def rows(scenario):
-    """Return a function that gives the readings of a gyro by name."""
+    """Return a function that returns the readings of a gyro by its name."""
     shown: dict[str, dict] = {}
 
     def get(name: str) -> dict:

@@ -1,4 +1,4 @@
-"""Legitimate habits of robot programs, each in its own robot, as robot tests of a team see it."""
+"""Legitimate habits of robot programs, each with its own robot, checked by robot tests as teams write them."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Robot(wpilib.TimedRobot):
 
 
 def test_a_headset_reset_in_the_first_loop_of_an_auto_sets_the_start_pose(project_of):
-    """After the headset gets its pose, simcore carries the robot there, as if it had started there."""
+    """After the headset is told its pose, simcore carries the robot there, as if it had started there."""
     code, said = project_of(HEADSET.format(init=""))(
         HELPERS
         + """
@@ -77,7 +77,7 @@ def test_it(sim):
     assert code == 0, said
 
 
-def test_a_headset_reset_before_the_first_tick_takes_effect(project_of):
+def test_a_headset_told_its_pose_before_the_first_tick_measures_from_that_pose(project_of):
     code, said = project_of(HEADSET.format(init="self.tell(Pose2d())"))(
         HELPERS
         + """
@@ -199,7 +199,7 @@ def test_it(sim, caplog):
 
 
 def test_wpilib_odometry_counts_as_an_estimate_too(project_of):
-    """A kit bot without CTRE devices: its pose set while disabled, and its odometry."""
+    """A kit bot without CTRE devices sets its pose while disabled and reports it by WPILib's odometry."""
     code, said = project_of(ROBOTS / "tank")(
         HELPERS
         + """
@@ -250,7 +250,7 @@ def test_a_second_one(sim):
 
 
 def test_devices_built_at_import_exist_in_every_test(project_of, tmp_path):
-    """Built at the top of robot.py, in a class body and in another module, with and without a path."""
+    """Devices are built at the top of robot.py, in a class body and in another module; a path may be given."""
     digests = tmp_path / "digests"
     run = project_of(ROBOTS / "early")
     for command in (
@@ -302,7 +302,7 @@ class Robot(wpilib.TimedRobot):
 """Robot that builds its drivetrain twice, in robot.py and in its container, whose copy drives."""
 
 
-def test_a_drivetrain_that_is_built_twice_is_found_once(project_of):
+def test_a_drivetrain_that_is_built_twice_drives_and_is_reported_once(project_of):
     code, said = project_of(TWICE)(
         """
 import logging
@@ -326,7 +326,7 @@ def test_it(sim, caplog):
 
 
 def test_odometry_differs_from_the_true_pose_only_by_wheel_slip(project_of):
-    """Pushed sideways from rest with all wheels still pointing forward; tires hold 40 A but not 90 A.
+    """The robot drives sideways from rest with all wheels still pointing forward; tires hold 40 A but not 90 A.
 
     While a module turns, its drive output is scaled by the cosine of its error, so without slip odometry is right from
     the first instant. With full slip it leads by v^2 / (2 mu g) = 0.38 m at 3 m/s.

@@ -1,4 +1,4 @@
-"""Table of a Limelight against a NetworkTables client in another process, and the client's requests."""
+"""Table of a Limelight, as a NetworkTables client in another process reads it, and the client's requests."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ print(json.dumps({"values": values, "types": types, "poses": poses, "after": aft
 
 @pytest.fixture(scope="module")
 def told():
-    """Return a client's readings of a camera in front of the blue hub, the camera, its tag frames and the start."""
+    """Return a client's readings of a camera in front of the blue hub, the camera, its tag frames and start time."""
     instance = ntcore.NetworkTableInstance.create()
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -168,7 +168,7 @@ def test_timestamp_minus_latency_is_the_exposure_time(told):
         assert min(abs(at - t) for t in taken) < 1e-5
 
 
-def test_target_spaces_agree_with_the_geometry(told):
+def test_poses_in_the_target_spaces_agree_with_the_geometry_of_the_scene(told):
     """In the tag's space a camera in front has negative z; in the robot's space z is forward."""
     values = told[0]["values"]
     row = LAYOUT.id_list.index(values["tid"])
@@ -201,7 +201,7 @@ def test_raw_fiducials_are_the_visible_tags(told):
     assert values["t2d"][:2] == [1.0, len(raw)]
 
 
-def test_json_results_equal_the_topics(told):
+def test_the_json_results_equal_the_values_of_the_topics(told):
     values = told[0]["values"]
     data = json.loads(values["json"])
     assert data["v"] == 1 and data["pTYPE"] == "pipe_fiducial" and data["botpose_tagcount"] >= 2
@@ -262,7 +262,7 @@ def test_frames_continue_with_zeros_when_no_tag_is_visible(local):
     camera.close()
 
 
-def test_piece_detections_are_published(local):
+def test_detected_pieces_are_published_with_the_nearest_first(local):
     config = CameraConfig(
         name="ll", type=limelight_type("LL3"), mount=CameraMount(z=0.5, pitch_deg=20.0), pipelines=(PiecePipeline(),)
     )

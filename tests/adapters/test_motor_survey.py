@@ -31,7 +31,7 @@ def row(controller, leader, gearing, name, followers=(), opposed=()):
             "opposed": [*opposed], "gearing": gearing}  # fmt: skip
 
 
-def test_motor_groups_and_gears_are_found_without_the_drivetrain(project):
+def test_the_survey_finds_all_motor_groups_except_those_of_the_drivetrain(project):
     found = survey(project / "robot.py")
     motors = found["motors"]
     assert (found["ports"], found["cameras"]) == ([], []) and "error" not in found
@@ -109,7 +109,7 @@ def test_motors_built_before_a_failure_are_still_found(project):
     assert [motor["leader"] for motor in found["motors"]] == [31, 34, 35, 36, 37]
 
 
-def test_a_silent_motor_does_not_hide_the_others(project):
+def test_all_motors_are_found_even_if_the_configuration_of_one_cannot_be_read(project):
     text = (project / "robot.py").read_text()
     lost = "        self.roller.configurator.refresh = lambda *a: signals.StatusCode.RX_TIMEOUT\n"
     text = text.replace("    def run_all(self)", lost + "\n    def run_all(self)", 1)

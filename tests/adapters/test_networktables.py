@@ -1,4 +1,4 @@
-"""The sink against a WPILib NetworkTables client in another process: compared by values, not only names."""
+"""Values of the NetworkTables sink, as a WPILib client in another process decodes them."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def instance() -> Iterator[Any]:
 
 @pytest.mark.slow
 def test_a_client_in_another_process_decodes_every_key_of_a_game(instance: Any) -> None:
-    """All keys that REBUILT publishes, with two robots and a shot in the air, and odd keys, against the true values."""
+    """The keys are all that REBUILT publishes with two robots and a shot in the air, and some odd ones."""
     pytest.importorskip("wpimath.geometry", reason="the client decodes with robotpy-wpimath")
     from games.rebuilt import RebuiltSim
     from simcore import RobotEntry

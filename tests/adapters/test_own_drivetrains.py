@@ -516,7 +516,7 @@ FILLED = {
 
 
 def test_a_spark_swerve_with_a_camera_drives_its_pathplanner_auto_and_scores(own):
-    """MAXSwerve modules, navX, a pose estimator corrected by PhotonVision, and a PathPlanner auto through the depot."""
+    """The robot has MAXSwerve modules, a navX and PhotonVision; its PathPlanner auto leads through the depot."""
     for module in ("navx", "pathplannerlib", "photonlibpy", "cv2", "robotpy_apriltag"):
         pytest.importorskip(module)
     run = own(ROBOTS / "own_paths")
@@ -536,7 +536,7 @@ def test_a_spark_swerve_with_a_camera_drives_its_pathplanner_auto_and_scores(own
     assert code == 0
 
 
-def test_without_a_drivetrain_there_is_no_field_and_tests_name_the_table_to_write(own):
+def test_without_a_drivetrain_the_program_runs_and_tests_name_the_table_to_write(own):
     run = own(
         "import wpilib\n\nclass Robot(wpilib.TimedRobot):\n    def robotPeriodic(self):\n"
         "        print('loop', wpilib.Timer.getFPGATimestamp() > 1.0, flush=True)\n"
@@ -563,7 +563,7 @@ def test_swerve_modules_can_use_absolute_encoders_that_are_read_in_volts(own):
 
 
 def test_a_tank_without_a_drive_class_is_found_by_its_motor_names(own):
-    """Not by the motors of a lift; a conversion factor of 1 / 10 for wheel turns gives the gearing."""
+    """Motors of a lift do not count; a conversion factor of 1 / 10 for wheel turns gives the gearing."""
     run = own(
         "import rev\nimport wpilib\n\nSPARK = rev.SparkLowLevel.MotorType.kBrushless\n\n\n"
         "class Pair:\n    def __init__(self, first: int) -> None:\n"
@@ -606,7 +606,7 @@ def test_modules_of_an_installed_library_are_found(own, tmp_path):
     assert "swerve drive: 4 modules (Module)" in said, said
 
 
-def test_the_robots_page_names_the_device_models_of_every_maker(tmp_path, python):
+def test_the_page_which_robots_equals_the_output_of_its_script(tmp_path, python):
     """`scripts/write_which_robots.py` updates the page."""
     for module in (*NEEDS, "navx"):
         pytest.importorskip(module)

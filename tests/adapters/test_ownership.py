@@ -1,4 +1,4 @@
-"""Each device has one owner: other code cannot write what physics owns, and physics leaves the rest alone."""
+"""Each device has one owner: other code cannot write what physics owns, and physics does not write the rest."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_a_guessed_flywheel_spins_up_by_its_gains_with_ks_as_friction(said):
     assert still == 0.0 and turning > 0.0
 
 
-def test_undriven_motors_are_claimed_until_a_program_drives_them(said):
+def test_unsimulated_motors_are_claimed_until_the_program_simulates_them(said):
     assert said["taken"] == ["add", "add"]
     drivetrain, foreign, guessed = said["owners"]
     assert drivetrain == "TalonFX 1" and foreign == "TalonFX 2"

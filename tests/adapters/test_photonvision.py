@@ -128,7 +128,7 @@ def test_the_known_bug_in_photonlibs_field_of_view_still_exists():
 
 
 def test_a_photon_camera_reads_simcores_frames():
-    """Tags, both poses, the multi-tag pose and the time of exposure."""
+    """The test compares tags, both poses, the multi-tag pose and the time of exposure."""
     clock = NetworkClock(offset=0.0)
     quiet = CameraConfig(
         name="photon-ours",
@@ -165,8 +165,8 @@ def test_a_photon_camera_reads_simcores_frames():
     port.close()
 
 
-def test_requests_of_a_photon_camera_take_effect():
-    """Another pipeline, driver mode, and a limit of 10 instead of 30 frames a second."""
+def test_a_photon_camera_switches_pipeline_driver_mode_and_frame_rate():
+    """Robot code requests another pipeline, driver mode, and 10 instead of 30 frames a second."""
     config = replace(
         CONFIG, name="photon-asked", type=limelight_type("LL3"), pipelines=(TagPipeline(), PiecePipeline())
     )

@@ -38,7 +38,7 @@ def test_an_auto_repeats_bit_for_bit_and_leaves_no_files(project):
     assert files(project.folder) - before == {"tests/test_robot.py"}
 
 
-def test_the_match_clock_in_telemetry_stands_while_disabled_and_pyfrcs_fixtures_are_available(project):
+def test_the_match_clock_stands_while_disabled_and_pyfrcs_fixtures_are_available(project):
     """The match clock stands while the driver station disables the robot."""
     code, said = project(
         """
@@ -88,7 +88,7 @@ def test_old(control, robot):
 
 
 def test_the_report_names_the_cause_of_a_failure_or_misuse(project):
-    """Log and page of a failed test; unknown autos; conditions; exceptions in robot code; stick values."""
+    """Cases are failed tests, unknown autos, conditions that never hold, errors in robot code and bad stick values."""
     code, said = project(
         """
 import logging
@@ -164,7 +164,7 @@ def test_robot_raises(sim):
     assert left == {"test_fails/run.wpilog", "test_fails/run.html"}
 
 
-def test_a_project_without_physics_py_runs_and_a_failed_start_is_reported_in_one_sentence(project):
+def test_without_physics_py_a_project_runs_and_a_failed_start_prints_one_sentence(project):
     test = "def test_it(sim):\n    sim.start()\n"
     (project.folder / "physics.py").unlink()
     code, said = project(test)  # attached as with --simcore
@@ -205,7 +205,7 @@ def test_running_plain_pytest_prints_the_command_for_robot_tests(project):
 
 
 def test_a_traceback_shows_only_lines_of_tests_and_programs(request):
-    """Here, an error in a function that simcore calls; `text_flag` passes errors on unless they are its own."""
+    """The error is raised by a function that simcore's `text_flag` calls."""
 
     def program(text):
         return {}[text]

@@ -1,4 +1,4 @@
-"""QuestNav's Python library reads our headset and commands it; needs robotpy-questnav, which brings protobuf."""
+"""QuestNav's Python library reads the simulated headset and commands it; needs robotpy-questnav and protobuf."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ END = ((5.0, 1.0, 0.1), from_rpy(0.05, -0.1, 2.0))
 
 @pytest.fixture(scope="module")
 def questnav():
-    """Return the module `questnav` of its distribution, which has it in a folder that cannot be imported by name."""
+    """Return the module `questnav` from the folder of its distribution, which cannot be imported by name."""
     pytest.importorskip("google.protobuf", reason="needs protobuf: pip install robotpy-questnav protobuf")
     try:
         files = importlib.metadata.files("robotpy-questnav") or []
@@ -77,8 +77,8 @@ def test_questnavs_classes_read_and_write_the_same_bytes(questnav):
     assert (response.command_id, response.success, response.error_message) == (9, False, "no")
 
 
-def test_questnavs_library_follows_a_robot(questnav):
-    """On the default NetworkTables instance, which the library uses."""
+def test_questnavs_library_reads_every_frame_of_the_headset_and_resets_its_pose(questnav):
+    """The library uses the default NetworkTables instance."""
     instance = ntcore.NetworkTableInstance.getDefault()
     theirs = questnav.QuestNav()
     clock = NetworkClock(offset=0.0)

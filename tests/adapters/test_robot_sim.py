@@ -18,8 +18,8 @@ FIRST = str(ROOT / "examples" / "first_robot")
 PLAIN = str(Path(__file__).parent / "robots" / "plain")
 
 
-def test_the_example_auto_drives_takes_fuel_in_and_scores(scenario):
-    """8 preloaded fuel and fuel from the depot, all for its own alliance."""
+def test_the_robot_drives_intakes_and_scores_in_the_example_auto(scenario):
+    """The robot scores 8 preloaded fuel and fuel from the depot, all for its own alliance."""
     run = scenario("robot_sim", EXAMPLE, "auto", "red")
     assert run["distance"] > 3.0 and run["odometry_error"] < 0.03 * run["distance"]
     assert run["taken_in"] >= 5 and run["counted"] == run["staged"]
@@ -43,7 +43,7 @@ def test_a_dashboard_and_robot_code_control_the_field(scenario):
 
 
 @pytest.mark.parametrize("period", ["0.005", "0.01", "0.02"])
-def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions_drives(scenario, period):
+def test_a_robot_of_any_period_with_its_own_ids_and_ratios_has_true_odometry(scenario, period):
     run = scenario("robot_sim", PLAIN, "straight", "blue", ROBOT_PERIOD=period)
     assert run["true_speed"] == pytest.approx(2.0, rel=0.03)
     assert run["told_speed"] == pytest.approx(run["true_speed"], rel=0.02)
@@ -54,8 +54,8 @@ def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions_drives(sce
     assert run["own_hook"] > 100  # a physics.py does not replace the program's own hook
 
 
-def test_the_robot_on_the_first_page_drives_at_the_speed_of_its_joystick(scenario):
-    """Half a stick, open loop, is half of 4.4 m/s, through the trench."""
+def test_the_robot_on_the_first_page_drives_at_half_speed_for_half_a_stick(scenario):
+    """In open loop, half a stick is half of 4.4 m/s; the robot drives through the trench."""
     run = scenario("robot_sim", FIRST, "straight", "blue")
     assert run["true_speed"] == pytest.approx(2.2, rel=0.08)
     assert run["told_speed"] == pytest.approx(run["true_speed"], rel=0.02)

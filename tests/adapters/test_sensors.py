@@ -22,7 +22,7 @@ def test_a_canrange_measures_the_true_distance(read):
 
 
 def test_a_talonfxs_closes_its_loop_on_its_own_encoder(read):
-    """Rotor to encoder 10, encoder to arm 4, clockwise; the arm's weight leaves an error of a hundredth of a turn."""
+    """Ratios are 10 from rotor to encoder and 4 to the arm; the arm's weight leaves an error of 0.01 turns."""
     assert read["true_arm"] == pytest.approx(read["arm"], abs=0.001)
     assert read["arm"] == pytest.approx(0.2, abs=0.01)
 

@@ -1,6 +1,6 @@
 """Programs of many shapes on CTRE's drivetrain, without any code for simcore, each driven over the same course.
 
-5 m across the field, into the depot's fuel, and against the wall: in simulated time, and some of them in real time.
+The course is 5 m across the field, into the depot's fuel and against the wall; some programs also run in real time.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""SPARK MAX and SPARK Flex on mechanisms: control law of REVLib, motion of closed forms."""
+"""SPARK MAX and SPARK Flex on mechanisms: outputs match REVLib's model, and motion matches closed forms."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ def sparks(scenario):
     return scenario("sparks", path=(Path(found.origin).parents[1],))
 
 
-def test_the_output_matches_revlibs_own_model(sparks):
+def test_the_output_of_a_spark_matches_revlibs_own_model(sparks):
     """REVLib's model has single precision: 6e-8 of 1."""
     for name, (theirs, ours) in sparks["iterate"].items():
         assert ours == pytest.approx(theirs, abs=1e-7), name
 
 
-def test_a_duty_cycle_spins_up_exponentially_and_encoders_count(sparks):
+def test_a_motor_at_a_duty_cycle_spins_up_exponentially_and_its_encoder_counts(sparks):
     row = sparks["forms"]
     assert row["speed"] == pytest.approx(row["speed_expected"], rel=1e-9)
     assert row["rpm"] == pytest.approx(row["speed"] * 2.0 * 60.0 / 6.283185307, rel=1e-6)  # rotor, with a gearing of 2
@@ -30,7 +30,7 @@ def test_a_duty_cycle_spins_up_exponentially_and_encoders_count(sparks):
     assert row["applied"] == 0.5
 
 
-def test_idle_modes_and_the_smart_current_limit_act_on_a_mechanism(sparks):
+def test_idle_modes_coast_or_brake_and_the_smart_current_limit_caps_the_current(sparks):
     row = sparks["forms"]
     assert row["coasts"] == 1.0  # without friction
     assert row["brakes"] == pytest.approx(row["brakes_expected"], rel=1e-9)
@@ -56,8 +56,8 @@ def test_maxmotion_follows_its_trapezoid(sparks):
     assert sparks["loops"]["profile"][-1][0] == pytest.approx(20.0, abs=0.05)
 
 
-def test_a_steer_motor_with_an_absolute_or_analog_encoder_turns_in_the_shorter_direction(sparks):
-    """From 350 to 20 degrees by way of 380; the analog encoder gives 3.3 V per turn."""
+def test_a_steer_motor_with_any_absolute_encoder_turns_in_the_shorter_direction(sparks):
+    """The motor turns from 350 to 20 degrees by way of 380; the analog encoder gives 3.3 V per turn."""
     row = sparks["sensors"]
     for sensor in ("Absolute", "Analog"):
         assert row[sensor] == pytest.approx([380.0, 20.0], abs=0.5), sensor

@@ -45,7 +45,7 @@ def test_a_hood_sags_under_its_weight_as_far_as_its_gains_allow(mechanisms):
 
 
 def test_brake_mode_holds_a_hood_that_coast_mode_lets_fall(mechanisms):
-    """At 0 V, it creeps in brake mode and falls m g c cos(a) t^2 / (2 J) = 1.3 degrees in 0.3 s in coast mode."""
+    """At 0 V, the hood creeps in brake mode and falls m g c cos(a) t^2 / (2 J) = 1.3 degrees in 0.3 s in coast mode."""
     assert 41.0 < mechanisms["hood_after_brake_deg"] < 41.9
     assert 39.8 < mechanisms["hood_after_coast_deg"] < 41.0
 

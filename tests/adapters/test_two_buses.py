@@ -197,7 +197,7 @@ ENABLES_ITSELF = """
 """
 
 
-def test_on_ctres_own_simulation_the_error_names_both_devices_and_the_remedy(crossed):
+def test_one_id_on_two_buses_is_refused_on_ctres_simulation_but_not_on_the_emulator(crossed):
     """In CTRE's simulation, the device that was configured or written last acts as both devices."""
     code, said = crossed("", command=("-m", "robotpy", "sim", "--simcore", "--nogui"))
     assert code == 1 and "TalonFX 1 and TalonFX canivore:1, on two CAN buses, are one device in CTRE's" in said, said

@@ -62,7 +62,7 @@ def test_the_game_flag_overrides_the_file(scenario, second_game):
     assert "game later (2999), as --game says; also installed: " in line_of(run)
 
 
-def test_every_command_runs_and_names_its_game(second_game, tmp_path, monkeypatch, capsys):
+def test_play_and_view_print_the_game_that_they_use(second_game, tmp_path, monkeypatch, capsys):
     monkeypatch.syspath_prepend(str(second_game))
     monkeypatch.chdir(tmp_path)
 
@@ -82,7 +82,7 @@ def test_every_command_runs_and_names_its_game(second_game, tmp_path, monkeypatc
 
 
 def test_a_robot_stands_on_the_field_of_another_game(scenario, robot, tmp_path_factory, install):
-    """The mirrored field of crates and balls, 12 x 6 m, without any part of REBUILT."""
+    """The field is the mirrored one of crates and balls, 12 x 6 m, without any part of REBUILT."""
     folder = tmp_path_factory.mktemp("crates")
     shutil.copy(Path(__file__).parents[1] / "games" / "crates.py", folder)
     install(folder, "crates-game", {"simcore.games": "crates = crates:CRATES"})

@@ -1,4 +1,4 @@
-"""Devices that nothing simulates are named, of any maker."""
+"""Devices of any maker that nothing simulates are named."""
 
 from __future__ import annotations
 

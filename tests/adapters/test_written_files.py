@@ -166,7 +166,7 @@ def test_the_file_written_by_init_passes_check_and_the_robot_drives(kind, files,
         ((HEAD + SWERVE).replace("range(4)", "range(3)"), "kinematics have 4 swerve modules, but no 4 objects of one"),
     ],
 )
-def test_a_failed_start_quotes_the_programs_error(text, sentence, made):
+def test_init_names_the_fault_of_a_program_and_check_fails_for_it(text, sentence, made):
     run = made(text, {})
     code, said = run("", "init", command=SIMCORE)
     assert sentence in said and code == (0 if "no 4 objects" in sentence else 1), said

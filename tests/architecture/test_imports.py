@@ -1,4 +1,4 @@
-"""Imports point inward, one module imports each engine, and time and random numbers come in as arguments."""
+"""Packages import only inner packages, one module imports each engine, and time and random numbers are arguments."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def package_of(name: str) -> str:
     return ".".join(parts[:2] if parts[:1] == ["robotcode"] else parts[:1])
 
 
-def test_all_imports_point_inward():
+def test_each_package_imports_only_the_packages_that_it_may_import():
     wrong = []
     for path in SOURCES:
         own = package_of(module_name(path))
@@ -170,7 +170,7 @@ def test_there_are_no_import_cycles():
     assert " -> ".join(find_cycle(graph)) == ""
 
 
-def test_there_are_no_import_cycles_for_types_or_inside_functions():
+def test_imports_for_types_and_inside_functions_form_no_cycle():
     """A game must not depend on the match that plays it, even for annotations or inside a function."""
     files = {module_name(path): path for path in SOURCES}
     files = {name: path for name, path in files.items() if name.split(".")[1:2] and name.split(".")[1] in CORE}
@@ -188,7 +188,7 @@ def test_the_cycle_search_finds_a_cycle():
 
 
 def test_importing_simcore_alone_loads_no_heavy_module():
-    """Robot programs import it at start: numpy at most, no adapter and no game."""
+    """Robot programs import simcore at start, which may load numpy but no adapter and no game."""
     code = "import simcore, sys; print(sorted(sys.modules))"
     run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60)
     loaded = ast.literal_eval(run.stdout)
@@ -222,7 +222,7 @@ def test_only_one_module_imports_each_engine(package, module):
     assert who == [module]
 
 
-def test_only_adapters_import_vendors_and_wpilib():
+def test_only_adapters_import_vendor_libraries_and_wpilib():
     assert not [
         f"{module_name(path)}:{line} imports {name}"
         for path in SOURCES
@@ -234,10 +234,10 @@ def test_only_adapters_import_vendors_and_wpilib():
 
 MAKERS_WORDS = re.compile(r"ctre|talon|spark|phoenix|pigeon|cancoder|candle|canrange|navx", re.IGNORECASE)
 DELIVERED = "simcore/robot/dc_motor.py"
-"""Default current limits of controllers: a motor without limits of its own gets those of its maker."""
+"""Module with the makers' default current limits, which apply to motors without configured limits."""
 
 
-def test_names_in_inner_packages_contain_no_device_maker():
+def test_no_identifier_in_the_inner_packages_names_a_device_maker():
     """Docstrings may name a maker as a source."""
     found = set()
     for path in SOURCES:
@@ -250,7 +250,7 @@ def test_names_in_inner_packages_contain_no_device_maker():
     assert found == set()
 
 
-def test_only_the_view_imports_its_web_server():
+def test_only_the_view_server_imports_websockets():
     who = {module_name(path) for path in SOURCES for name, _ in imports(path) if name.split(".")[0] == "websockets"}
     assert who == {"simcore.show.view_server"}
 
@@ -287,7 +287,7 @@ def clocks_and_chance(tree: ast.AST) -> Iterator[tuple[str, int]]:
                 yield "default_rng() without a seed", node.lineno
 
 
-def test_nothing_in_simcore_reads_a_clock_or_uses_unseeded_random_numbers():
+def test_the_simulation_reads_no_clock_and_uses_no_unseeded_random_numbers():
     wrong = [
         f"{module_name(path)}:{line} {what}"
         for path in SOURCES
@@ -298,7 +298,7 @@ def test_nothing_in_simcore_reads_a_clock_or_uses_unseeded_random_numbers():
     assert wrong == []
 
 
-def test_no_game_reads_a_clock():
+def test_no_game_reads_a_clock_or_uses_unseeded_random_numbers():
     wrong = [
         f"{module_name(path)}:{line} {what}"
         for path in SOURCES
@@ -332,7 +332,7 @@ def test_the_scan_accepts_a_seeded_generator():
 
 
 def test_importing_simcore_loads_neither_an_engine_nor_wpilib():
-    """Imports every module outside the adapters, then the view, which imports its web server late."""
+    """The test imports every module outside the adapters, then the view, which imports its web server late."""
     sources = [path for path in SOURCES if path.is_relative_to(ROOT / "simcore")]
     modules = sorted({module_name(path) for path in sources if not is_adapter(path)})
     view = [module_name(path) for path in sources if path.parent.name == "show" and path.stem != "__main__"]

@@ -17,7 +17,7 @@ WORDS = re.compile(
     re.IGNORECASE,
 )
 YEAR = "2026"
-"""Allowed in comments and docstrings, as part of a source or a version; not in values and names."""
+"""Year that comments and docstrings may give as part of a source or version, but values and names may not."""
 
 TABLE = "simcore/vision/tag_layout.py"
 """Table of tag layouts, which WPILib names after their games."""
@@ -30,7 +30,7 @@ STILL_ALLOWED = {
     "simcore/robot/chassis.py",
     "simcore/robot/chassis_config.py",
 }
-"""Files that still have such words; to be emptied."""
+"""Files that may still contain game words; the set should become empty."""
 
 
 def values_and_names(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -76,7 +76,7 @@ def test_simcore_contains_no_word_of_a_specific_game(package: str) -> None:
     assert found == []
 
 
-def test_the_search_finds_game_words_but_not_sources() -> None:
+def test_the_search_finds_game_words_but_ignores_urls_and_other_numbers() -> None:
     for bad in (
         "fuel_start",
         "# Rebuilt",

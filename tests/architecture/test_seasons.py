@@ -12,7 +12,7 @@ from simcore import season
 ROOT = Path(__file__).resolve().parents[2]
 WHO_MAY = {"simcore/season.py", "simcore/robotcode/emulator/emulated_native.py"}
 KNOWN = {"simcore/robotcode/sim/attach.py": {"pyfrc"}}
-"""Modules that wrap pyfrc's calls where it is installed."""
+"""Modules that may check whether a package of one season is installed, with the names of the packages."""
 SEASONAL = {"pyfrc", "wpilib.testing", "telemetry", "tunables", "robotpy_fields"}
 """Packages of one season only."""
 
@@ -22,7 +22,7 @@ def _code(path: Path) -> list[ast.AST]:
 
 
 @pytest.mark.parametrize("package", ["simcore", "games"])
-def test_no_other_module_checks_the_season(package):
+def test_only_the_season_module_and_the_emulator_check_the_season(package):
     found = []
     for path in sorted((ROOT / package).rglob("*.py")):
         name = str(path.relative_to(ROOT))
@@ -45,8 +45,8 @@ def test_no_other_module_checks_the_season(package):
 
 
 @each("module", sorted(season.NAMES))
-def test_every_name_that_simcore_needs_exists(module):
-    """In the installed season, whichever it is."""
+def test_every_library_name_that_simcore_needs_exists(module):
+    """The test checks the names of the installed season."""
     loaded = pytest.importorskip(module) and getattr(season, module.replace(".", "_"))
     for owner, names in season.NAMES[module].items():
         for entry in names.split():

@@ -36,7 +36,7 @@ def _native(name: str) -> Path | None:
 
 @pytest.fixture(scope="session")
 def compiled(tmp_path_factory) -> Callable[[str], Path]:
-    """Return a function that compiles a program of this folder by name, once."""
+    """Return a function that compiles a program by name at its first call and returns the executable's path."""
     if find_spec("wpilib") is None:
         pytest.skip("needs wpilib: pip install .[robotpy]")
     folders = {library: _native(name) for name, library in LIBRARIES.items()}
@@ -81,7 +81,7 @@ def serve(tmp_path) -> Callable[..., tuple[int, str, str]]:
 
 @pytest.fixture
 def play(tmp_path) -> Callable[..., dict[str, Any]]:
-    """Return a function that plays an auto over the bridge: digest, pose, wall time and mechanism positions."""
+    """Return a function that plays an auto over the bridge and returns digest, pose, wall time and positions."""
 
     def run(file: str, seconds: float, *command: str) -> dict[str, Any]:
         done = subprocess.run(

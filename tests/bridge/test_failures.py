@@ -1,4 +1,4 @@
-"""Programs that fail give one sentence each, nothing hangs, and no process is left."""
+"""Each failure of a robot program raises an error of one sentence; no run hangs and no process is left."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ pytestmark = [
 
 
 def _left(mark: str) -> list[str]:
-    """Return processes with a word among their arguments."""
+    """Return the ids of processes that have a word among their arguments."""
     found = []
     for folder in Path("/proc").iterdir():
         if folder.name.isdigit() and int(folder.name) != os.getpid():
@@ -38,7 +38,7 @@ def _left(mark: str) -> list[str]:
 
 
 def _start(process: RobotProcess) -> None:
-    """Wait for the program's first loop."""
+    """Connect to the program and wait until it has started."""
     found = process.connect()
     while not any(r.kind == [*OUTPUTS].index("GetProgramStarted") and r.value for r in found):
         time.sleep(0.005)
@@ -46,13 +46,13 @@ def _start(process: RobotProcess) -> None:
 
 
 def _serve_for(server: socket.socket) -> dict[str, str]:
-    """Return the environment of a program that is to connect to a server."""
+    """Return environment variables that make a program connect to the server."""
     port = str(server.getsockname()[1])
     return {**os.environ, "HALSIM_EXTENSIONS": str(extension_path()), "SIMCORE_PORT": port}
 
 
 def _play(command: list[str], **limits: float) -> None:
-    """Step a program through 5 s."""
+    """Start a program and step it through 5 s of its clock."""
     with RobotProcess(command, **{"patience": 30.0, "hang": 30.0, **limits}) as process:
         _start(process)
         for _ in range(250):
@@ -93,13 +93,13 @@ def test_a_program_that_never_connects_is_terminated_with_its_children(tmp_path)
     assert _left(mark) == []
 
 
-def test_an_unknown_command_is_reported():
+def test_the_error_names_an_unknown_command():
     with pytest.raises(ProgramError, match="there is no command 'gradelw'"):
         RobotProcess(["gradelw"], patience=1.0, hang=1.0)
 
 
-def test_a_flood_of_printed_text_does_not_stop_a_run(tmp_path, capsys):
-    """A megabyte a loop: 2,000 lines are passed on and 10 MB are kept."""
+def test_output_is_cut_after_2000_shown_lines_and_10_megabytes_in_the_file(tmp_path, capsys):
+    """The program prints 1 MB in each loop."""
     file = tmp_path / "printed.txt"
     said: list[str] = []
     command = [sys.executable, str(PROGRAMS / "mishaps.py"), "prints a gigabyte"]
@@ -152,7 +152,7 @@ def test_only_this_computer_can_connect():
 
 
 def test_many_starts_leave_no_process_running(compiled, tmp_path):
-    """Half of them are abandoned during their start."""
+    """Half of the programs are abandoned during their start."""
     program, mark = str(compiled("tank")), f"--mark={tmp_path}"
     begin = time.monotonic()
     for number in range(40):

@@ -1,4 +1,4 @@
-"""Frames: the tables of both sides and the documentation agree, and packed records are read back."""
+"""Frames of the bridge: packed records are read back, and frames of another version are refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One program in C++, in RobotPy over the wire and on a JVM runs the same to the last bit, and in process nearly so."""
+"""A program in C++, RobotPy or Java runs bit-identically over the bridge, and almost equally in process."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_auto(sim):
 
 
 def _in_process(name: str, folder: Path) -> dict[str, object]:
-    """Play the program as a robot project, with simcore in its process."""
+    """Run the program as a robot project with simcore in its process; return pose, distance and positions."""
     (folder / "tests").mkdir()
     shutil.copy(PROGRAMS / f"{name}.py", folder / "robot.py")
     file = TANK / "simcore.toml" if name == "tank" else PROGRAMS / f"{name}.toml"
@@ -48,7 +48,7 @@ def _in_process(name: str, folder: Path) -> dict[str, object]:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SECONDS)
 def test_cpp_and_python_programs_run_identically(name, compiled, play, tmp_path):
-    """The digest covers every tick; in process the ticks are split differently: 0.5 % of the motion."""
+    """The digest covers every tick. In process, ticks are split differently, so positions agree within 0.5 %."""
     cpp = play(f"{name}.toml", SECONDS[name], str(compiled(name)))
     wired = play(f"{name}.toml", SECONDS[name], sys.executable, str(PROGRAMS / f"{name}.py"))
     assert cpp["digest"] == wired["digest"]
@@ -63,7 +63,7 @@ def test_cpp_and_python_programs_run_identically(name, compiled, play, tmp_path)
 
 
 def _jdk_17() -> str:
-    """Return the folder of libraries for a JVM; skip without JDK 17, which has these foreign functions."""
+    """Return the folder of WPILib's native libraries; skip the test without JDK 17 or without wpilib."""
     found = shutil.which("javac") and subprocess.run(["javac", "-version"], capture_output=True, text=True, check=False)
     if not found or not (found.stdout + found.stderr).startswith("javac 17"):
         pytest.skip("needs JDK 17, whose foreign functions stand for WPILib's Java")
@@ -79,7 +79,7 @@ def test_the_java_example_has_the_robot_file_of_the_cpp_example():
 
 
 @pytest.mark.slow
-def test_a_program_on_a_jvm_runs_identically(compiled, play, tmp_path):
+def test_a_program_on_a_jvm_runs_identically_to_the_cpp_program(compiled, play, tmp_path):
     native = _jdk_17()
     module = ("--add-modules", "jdk.incubator.foreign")
     subprocess.run(["javac", *module, "-d", str(tmp_path), str(PROGRAMS / "HalTank.java")], check=True)

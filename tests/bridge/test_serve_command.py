@@ -78,7 +78,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("table", REFUSED)
 def test_the_error_names_devices_that_cannot_be_stepped(table, tmp_path):
-    """Before the program starts, with the devices that work."""
+    """The error comes before the program starts and lists the devices that work."""
     from simcore.bridge.served_robot import require_ports
 
     file = tmp_path / "robot.toml"

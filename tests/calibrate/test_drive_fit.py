@@ -1,4 +1,4 @@
-"""Drivetrain fits: known values from made logs, and two real robots, by the user's command."""
+"""Drivetrain fits recover known values from generated logs and describe two real robots."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -102,7 +102,7 @@ def test_battery_resistance_is_the_slope_of_voltage_over_current():
     assert fit_battery([run]) is None
 
 
-def test_the_command_fits_a_kit_chassis(tmp_path, capsys, monkeypatch):
+def test_the_command_fits_the_friction_of_a_kit_chassis_but_not_its_mass(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["calibrate", str(KIT)]) == 0
     said = capsys.readouterr().out
@@ -115,7 +115,7 @@ def test_the_command_fits_a_kit_chassis(tmp_path, capsys, monkeypatch):
     assert "Real and simulated" in page
 
 
-def test_the_command_fits_the_robot_of_team_114(tmp_path, capsys):
+def test_the_command_fits_friction_and_mass_of_team_114s_robot(tmp_path, capsys):
     (tmp_path / "simcore.toml").write_text(SWERVE)
     out = tmp_path / "page.html"
     assert main(["calibrate", str(TEAM_114), "--project", str(tmp_path), "--out", str(out)]) == 0
@@ -131,7 +131,7 @@ def test_the_command_fits_the_robot_of_team_114(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("path", "config", "most"), [(KIT, TANK, 0.06), (TEAM_114, swerve(), 0.04)], ids=["kit", "114"]
 )
-def test_default_values_are_close_to_those_of_both_real_robots(path, config, most):
+def test_default_values_predict_the_travel_of_both_real_robots_within_6_percent(path, config, most):
     for run in real_runs(path, config):
         ours, real = drive(config, run).way.mean(axis=1)[-1], run.way.mean(axis=1)[-1]
         assert ours == pytest.approx(real, rel=most), run.name

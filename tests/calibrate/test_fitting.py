@@ -27,7 +27,7 @@ def test_with_white_noise_the_interval_is_at_least_as_wide_as_the_textbook_inter
 
 @each("walk", [0.0, 0.3])
 def test_intervals_contain_the_truth_even_if_runs_differ(walk):
-    """95 % of 60 fits contain it; fewer than 51 would occur by chance once in 1000 (binomial)."""
+    """Intervals contain the true value in 95 % of fits; fewer than 51 of 60 occur once in 1000 (binomial)."""
     held = [fit(line(np.random.default_rng(seed), walk=walk), LINE).estimates["start"] for seed in range(60)]
     assert sum(one.low <= 1.0 <= one.high for one in held) >= 51
 
@@ -39,6 +39,6 @@ def test_a_known_scatter_sets_a_minimum_interval():
     assert found["x"] == pytest.approx(3.0, abs=1e-3) and half == pytest.approx(2.306 * 0.6 / 9**0.5, rel=1e-3)
 
 
-def test_an_interval_maps_through_a_decreasing_function():
+def test_a_decreasing_function_swaps_the_bounds_of_an_interval():
     assert Estimate(2.0, 1.0, 4.0).mapped(lambda x: 1.0 / x) == Estimate(0.5, 0.25, 1.0)
     assert Estimate(2.0, 1.0, 4.0).share == 0.75

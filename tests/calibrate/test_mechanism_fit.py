@@ -1,4 +1,4 @@
-"""Fits of flywheels, arms and elevators: known values from made logs, and by the command."""
+"""Fits of flywheels, arms and elevators recover known values from generated logs."""
 
 import math
 from dataclasses import replace

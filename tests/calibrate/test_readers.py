@@ -1,4 +1,4 @@
-"""Logs in the formats of SysId, DataLogManager, AdvantageKit, URCL and CSV give back the runs behind them."""
+"""Readers of SysId, DataLogManager, AdvantageKit, URCL and CSV logs return the runs that were written."""
 
 import math
 from pathlib import Path
@@ -65,7 +65,7 @@ def test_battery_voltage_and_total_current_are_read_from_the_log(runs, tmp_path)
     assert quantity_of("URCL/left/InputVoltage") == ("bus", "left") and quantity_of("SupplyCurrentAmps")[0] == "total"
 
 
-def test_the_speed_in_a_swerve_log_is_the_mean_of_its_modules(runs, tmp_path):
+def test_the_distance_in_a_swerve_log_is_the_mean_of_its_modules(runs, tmp_path):
     found, _ = runs_of(write(tmp_path, "csv", runs), sided=False)
     assert found[0].way.shape[1] == 1 and found[0].way[-1, 0] == pytest.approx(runs[0].way[-1].mean(), abs=1e-5)
 
@@ -101,7 +101,7 @@ def test_a_status_frame_is_decoded_by_revs_table(tmp_path):
 
 
 @each("kind", ["2020", "turns of another wheel"])
-def test_older_files_of_sysid_are_read(kind, runs, tmp_path):
+def test_sysid_files_of_2020_or_with_other_units_per_turn_are_read(kind, runs, tmp_path):
     """In 2020 a row had ten numbers; units per turn that differ by 2 % from the wheel's are noted and not used."""
     text = sysid_json(runs, per_turn=TURN)
     path = tmp_path / "log.json"
@@ -142,7 +142,7 @@ BROKEN = {
 
 
 @each("case", [*BROKEN])
-def test_an_implausible_log_raises_an_error_of_one_sentence(case, runs, tmp_path):
+def test_the_error_for_an_unusable_log_states_the_cause_in_one_sentence(case, runs, tmp_path):
     path, some = tmp_path / "log.csv", runs[2:]
     if case == "standing":
         some = [type(run)(run.name, run.times, run.volts, 0.0 * run.way) for run in some]
@@ -174,7 +174,7 @@ def test_an_implausible_log_raises_an_error_of_one_sentence(case, runs, tmp_path
         ("missing.csv", None, "cannot read the log"),
     ],
 )
-def test_the_error_names_a_file_that_is_not_a_log(name, text, said, tmp_path):
+def test_the_error_states_why_a_file_cannot_be_read_as_a_log(name, text, said, tmp_path):
     if text is not None:
         (tmp_path / name).write_text(text)
     with pytest.raises(LogError, match=said):

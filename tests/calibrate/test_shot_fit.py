@@ -1,4 +1,4 @@
-"""Fits of measured shots, against the parabola and by the command."""
+"""Fits of measured shots agree with parabolas, and the command prints the fitted key."""
 
 import math
 from dataclasses import replace
@@ -34,7 +34,7 @@ def parabola(distance: float, efficiency: float) -> Shot:
 
 
 def test_the_fit_recovers_the_exit_efficiency_of_shots_on_a_parabola():
-    """Flights have points every 5 ms with straight lines between: g (5 ms)^2 / 8 of height, far below 1 mm."""
+    """Flights have points every 5 ms with straight lines between: heights are off by g (5 ms)^2 / 8."""
     found = fit_shots(TASK, [parabola(d, 0.42) for d in (2.0, 3.0, 4.0, 5.0)])
     assert found.estimates["exit_efficiency"].value == pytest.approx(0.42, rel=2e-3)
     assert all(abs(beyond) < 0.02 and abs(t - shot.time) < 0.01 for shot, beyond, t in found.rows)
@@ -44,7 +44,7 @@ def test_the_fit_recovers_the_exit_efficiency_of_shots_on_a_parabola():
 
 
 def test_shots_that_fall_short_give_an_upper_bound_of_the_efficiency():
-    """At the wheel speed of a hit with 0.42, shots that all fall short bound it to at most 0.42."""
+    """At the wheel speed of a hit with 0.42, shots that all fall short bound the efficiency by 0.42."""
     short = [replace(parabola(d, 0.42), time=None, result="short") for d in (3.0, 4.0)]
     assert fit_shots(TASK, short).estimates["exit_efficiency"].value < 0.42 * 1.002
 
@@ -75,7 +75,7 @@ def test_shots_that_determine_no_efficiency_are_refused():
         fit_shots(TASK, [Shot(distance=3.0, rps=40.0, elevation_deg=5.0)])
 
 
-def test_the_command_prints_the_key_and_accepts_a_table(tmp_path, capsys):
+def test_the_command_fits_shots_from_options_and_from_a_table_equally(tmp_path, capsys):
     (tmp_path / "simcore.toml").write_text(SHOOTING)
     args = ["calibrate", "--project", str(tmp_path), "--out", str(tmp_path / "page.html")]
     assert main([*args, "--shot", "distance=2.8,rps=38", "--shot", "distance=4,rps=43,time=1.2"]) == 0

@@ -34,7 +34,7 @@ def anchor(heading: str) -> str:
 
 @pytest.mark.parametrize(("page", "line", "source"), list(blocks()))
 def test_python_code_on_a_page_runs_as_printed(page, line, source, tmp_path, monkeypatch):
-    """In an empty folder, as some code writes files; a failure shows the line of the page."""
+    """The code runs in an empty folder because some of it writes files; a failure shows the line of the page."""
     monkeypatch.chdir(tmp_path)
     code = compile("\n" * line + source, str(page), "exec")
     exec(code, {"__name__": "docs"})
@@ -66,7 +66,7 @@ def test_all_links_have_a_target():
 
 
 def test_pages_named_in_the_code_exist():
-    """In messages, docstrings and comments."""
+    """Pages are named in messages, docstrings and comments."""
     missing = set()
     for folder in ("simcore", "games", "scripts", "examples", "tests"):
         for file in (ROOT / folder).rglob("*.*"):

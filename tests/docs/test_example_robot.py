@@ -22,14 +22,14 @@ PROJECT = ROOT / "examples" / "reefscape_robot"
 
 
 @pytest.mark.parametrize(("language", "count"), [("toml", 4), ("py", 1)])
-def test_code_of_the_example_on_the_page_is_in_its_files(language, count):
+def test_code_blocks_about_the_example_are_copied_from_the_example_files(language, count):
     """The other blocks are about a shooter and ports, which the example does not have."""
     blocks = re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
     files = [path.read_text(encoding="utf-8") for path in PROJECT.rglob(f"*.{language}")]
     assert len([block for block in blocks if any(block in text for text in files)]) == count
 
 
-def test_the_table_on_the_page_is_printed_by_check(whole, tmp_path, monkeypatch, capsys):
+def test_simcore_check_prints_the_table_on_the_page(whole, tmp_path, monkeypatch, capsys):
     if not whole:
         pytest.skip("starts a robot program: with --whole")
     if find_spec("phoenix6") is None or find_spec("pyfrc") is None:
@@ -42,7 +42,7 @@ def test_the_table_on_the_page_is_printed_by_check(whole, tmp_path, monkeypatch,
     assert [" ".join(row.split()) for row in rows] == said[said.index(" ".join(rows[0].split())) :][: len(rows)]
 
 
-def test_the_models_of_the_game_fit_the_parts_of_the_example():
+def test_the_parts_of_the_example_have_the_names_and_poses_of_the_games_robot():
     settings = read_settings(PROJECT / "simcore.toml")
     assert settings is not None
     described = settings.robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0))).components

@@ -1,4 +1,4 @@
-"""Figures on the pages are those of the code: each phrase is rebuilt from its number."""
+"""The pages state the figures of the code; each expected phrase is built from a value in the code."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def says(page: str, *phrases: str) -> None:
     assert missing == [], page
 
 
-def test_the_pages_state_the_simulated_figures_of_battery_and_motors():
+def test_the_docs_state_the_default_parameters_of_battery_motors_tires_and_chassis():
     battery = BatteryConfig()
     levels = f"Below {battery.brownout_voltage} V"
     says(
@@ -88,7 +88,7 @@ def default(config: type, name: str) -> float:
     return value
 
 
-def test_the_pages_state_the_simulated_figures_of_robot_tests_and_autos():
+def test_the_pages_state_the_defaults_of_robot_tests_and_the_tolerances_of_autos():
     says("docs/autos.md", f"more than {starts._APART[0]} m or {math.degrees(starts._APART[1]):g} degrees apart")
     pytest.importorskip("wpilib")
     from simcore.robotcode.sim import auto_start, pytest_plugin
@@ -106,7 +106,7 @@ def test_the_pages_state_the_simulated_figures_of_robot_tests_and_autos():
         says("docs/testing.md", f"`{name} = {seconds}`")
 
 
-def test_the_pages_state_the_measured_figures_of_logs():
+def test_the_telemetry_page_states_the_period_of_long_arrays_in_logs():
     period = inspect.signature(WpilogSink).parameters["bulk_period"].default
     says("docs/telemetry.md", f"long arrays (over 64 poses) every {period:g} s")
 
@@ -139,7 +139,7 @@ def test_the_scatter_page_states_every_spread_and_its_default():
     assert told == {name: pytest.approx(value) for name, value in spreads.items()}
 
 
-def test_the_reefscape_page_states_the_simulated_figures():
+def test_the_reefscape_page_states_the_counts_sizes_and_points_of_the_game():
     page = "docs/reefscape.md"
     coral, algae = (supply.kind for supply in REEFSCAPE.pieces)
     counts = [supply.count for supply in REEFSCAPE.pieces]
@@ -162,7 +162,7 @@ def test_the_reefscape_page_states_the_simulated_figures():
     says(page, f"AndyMark's, is {1e3 * narrower:.0f} mm narrower")
 
 
-def test_the_page_lists_the_tested_packages_for_2027():
+def test_ci_installs_the_packages_that_the_install_page_names_for_2027():
     """The workflow installs the packages named on the page from the 2027 releases."""
     section = (ROOT / "docs/install.md").read_text(encoding="utf-8").partition("## Move to 2027")[2]
     workflow = (ROOT / ".github/workflows/test.yml").read_text(encoding="utf-8").partition("  season_2027:")[2]
@@ -171,7 +171,7 @@ def test_the_page_lists_the_tested_packages_for_2027():
 
 
 def test_the_table_of_engines_agrees_with_the_dependencies():
-    """From the markers of the package's dependencies."""
+    """The markers of the package's dependencies select the engine."""
     from packaging.markers import Marker
 
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8").partition("dependencies = [")[2].partition("\n]")[0]

@@ -16,7 +16,7 @@ PAGE = (ROOT / "docs" / "first_hour.md").read_text(encoding="utf-8")
 
 @pytest.mark.parametrize("engine", ["", "mujoco"])
 def test_the_first_run_prints_the_text_on_the_page_and_writes_its_files(engine, whole, tmp_path, monkeypatch, capsys):
-    """To the last digit, on both engines with --whole."""
+    """The text agrees to the last digit; with --whole, on both engines."""
     if engine:
         if not whole:
             pytest.skip("the same on the other engine: with --whole")

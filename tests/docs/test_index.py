@@ -60,7 +60,7 @@ def test_the_functions_on_each_path_are_in_their_files(way):
             assert re.search(rf"def {name}\(", source), f"{file}: {name}"
 
 
-def test_the_files_to_look_at_exist():
+def test_the_files_listed_under_where_to_look_exist():
     section = PAGE.partition("### Where to look\n")[2].partition("\n#")[0]
     files = re.findall(r"`([\w/]+\.py)`", section)
     assert len(files) > 10

@@ -1,4 +1,4 @@
-"""Walk through a new game: the written package has the files of the page, and plays."""
+"""A newly written game has the files that the page names, and plays."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_the_page_names_every_file_in_the_order_of_writing(folder):
     assert [row if "/" in row else f"discs/{row}" for row in rows] == written[3:]
 
 
-def test_the_game_written_on_the_page_plays_and_scores(folder):
+def test_the_newly_written_game_plays_and_scores(folder):
     write_game("discs", year=2030, folder=folder)
     importlib.invalidate_caches()  # the folder is newer than Python's import caches
     game = importlib.import_module("discs").DISCS

@@ -1,4 +1,4 @@
-"""Tables and names on the pages are those of the code: fields, hooks, telemetry keys, files, commands, errors."""
+"""Tables and names on the pages agree with the code: fields, hooks, telemetry keys, files, commands, errors."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ TEXT = {page.name: page.read_text(encoding="utf-8") for page in PAGES}
 
 
 def commands(pattern: str) -> list[tuple[str, list[str]]]:
-    """Return page and words of each command line, in code blocks and in the text."""
+    """Return the page and the words of each command line in code blocks and in the text."""
     found = []
     for name, text in TEXT.items():
         for match in re.finditer(rf"(?:^    |`)({pattern}[^`\n#|]*)", text, re.MULTILINE):
@@ -64,8 +64,8 @@ def test_commands_on_the_pages_are_valid():
             pytest.fail(f"{page}: {' '.join(words)}")
 
 
-def test_the_table_of_commands_is_complete():
-    """With the text of each command in `simcore --help`."""
+def test_the_table_of_commands_lists_exactly_the_existing_commands():
+    """The table is in CONTRIBUTING.md."""
     rows = dict(re.findall(r"^\| `simcore ([\w-]+)[^`]*` \| (.+?) \|$", TEXT["CONTRIBUTING.md"], re.MULTILINE))
     assert set(rows) == set(cli.COMMANDS)
 
@@ -173,7 +173,7 @@ def test_the_page_names_the_fields_of_each_event(row, event):
 
 @pytest.fixture(scope="module")
 def published():
-    """Return keys of a match with two robots and a camera, and of one with a climber and lights, as on the page."""
+    """Return the keys and types that two matches publish: with a camera, and with a climber and lights."""
     rebuilt, bare = MemorySink(), MemorySink()
     sees = replace(rebuilt_robot(), cameras=(CameraConfig(name="<name>"),))
     robots = (RobotEntry(config=sees), RobotEntry(alliance="red"))

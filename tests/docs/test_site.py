@@ -1,4 +1,4 @@
-"""The pages as a site that works offline and finds what students type, and messages quoted on the pages."""
+"""The site works offline, its search finds what students type, and messages quoted on the pages exist."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TROUBLES = (ROOT / "docs" / "troubleshooting.md").read_text(encoding="utf-8")
 
 @pytest.fixture(scope="module")
 def said() -> str:
-    """Return the sources, with strings in several pieces joined."""
+    """Return the text of all sources with adjacent string literals joined."""
     text = "\n".join(
         path.read_text("utf-8") for folder in ("simcore", "games") for path in (ROOT / folder).rglob("*.py")
     )
@@ -87,7 +87,7 @@ def not_found(index: dict) -> list[str]:
 
 
 @pytest.mark.skipif(importlib.util.find_spec("material") is None, reason='needs the extra: pip install -e ".[docs]"')
-def test_the_site_builds_without_a_warning_and_loads_nothing_from_elsewhere(tmp_path):
+def test_the_site_builds_without_a_warning_and_loads_nothing_from_other_hosts(tmp_path):
     build = subprocess.run(  # never with --quiet, which also suppresses counting
         [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")],
         cwd=ROOT,

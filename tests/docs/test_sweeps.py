@@ -24,7 +24,7 @@ def short(command: str) -> list[str]:
 
 
 @pytest.mark.parametrize("command", [c for c in COMMANDS if "--project" not in c])
-def test_the_worked_example_writes_the_files_that_the_page_shows(command, tmp_path, monkeypatch, capsys):
+def test_each_command_on_the_page_runs_and_writes_a_page_and_a_store(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(short(command)) == 0
     out = tmp_path / re.search(r"--out (\S+)", command)[1]

@@ -37,7 +37,7 @@ class Played:
     touched: int = 0
     """Tick at which a piece first woke or was taken."""
     ghosts: float = 0.0
-    """Largest distance of a sleeping body from its reported place, at the end [m]."""
+    """Largest distance of a sleeping body from its reported position, at the end [m]."""
 
 
 def play(game: str, auto: str, alliance: str = "blue", seed: int = 0, **settings) -> Played:

@@ -155,7 +155,7 @@ def test_every_output_has_the_same_figures_of_each_robot(told):
     lowest = f"{data['min_battery_v']:.2f} V"
     assert page.facts["lowest battery voltage, robot 0"] == lowest
     assert cells(told.console, "lowest battery")[0].partition(";")[0] == lowest
-    assert int(page.facts.get("brown-outs, robot 0", 0)) == data["brownouts"] == end.integers["Sim/Debug/Brownouts"]
+    assert int(page.facts.get("brownouts, robot 0", 0)) == data["brownouts"] == end.integers["Sim/Debug/Brownouts"]
     for number in range(6):
         prefix = "Sim" if number == 0 else f"Sim/Robots/{number}"
         volts = page.curve("Battery, by robot", str(number))[1]
@@ -165,7 +165,7 @@ def test_every_output_has_the_same_figures_of_each_robot(told):
 
 
 def test_a_page_made_from_the_log_has_the_contents_of_the_page_of_the_run(told):
-    """Equal word for word, except for computation times."""
+    """The pages are equal word for word, except for computation times."""
     one, two = told.page.meta, told.page_of_log.meta
     assert told.page.facts == told.page_of_log.facts
     for part in ("verdict", "tables", "phases", "looks", "levels", "cells", "board"):

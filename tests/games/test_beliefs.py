@@ -1,4 +1,4 @@
-"""Warning about a robot that starts elsewhere than its program believes, in scripted matches."""
+"""Warning about a robot whose estimated start pose differs from the true pose, in scripted matches."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def test_a_tag_beyond_the_trench_is_visible_only_below_the_trench_arm():
 
 @pytest.mark.parametrize(("inside_deg", "expected"), [(0.2, True), (-0.2, False)])
 def test_a_tag_counts_only_if_all_corners_are_inside_the_picture(inside_deg, expected):
-    """From 1.5 m in front of tag 26, at its height.
+    """The camera is 1.5 m in front of tag 26, at the height of the tag.
 
     The outer edge of the tag is atan(0.0826 / 1.5) from its middle, and the picture ends at 41 degrees.
     """
@@ -154,7 +154,7 @@ def piece_frame(fuel, camera=None, others=(), is_off=False):
 
 
 def test_a_fuel_has_the_angles_and_area_of_the_pinhole_model():
-    """A fuel at (1.5, -0.4) and an eye 0.5 m high, pitched 20 degrees down."""
+    """The fuel is at (1.5, -0.4) and the eye is 0.5 m high, pitched 20 degrees down."""
     frame, _ = piece_frame([(8.5, 1.6, 0.075)])
     (piece,) = frame.pieces
     c, s = math.cos(math.radians(20.0)), math.sin(math.radians(20.0))
@@ -245,7 +245,7 @@ def test_invalid_cameras_and_layouts_are_refused_at_construction(cameras, tags, 
         RebuiltSim(robots=(RobotEntry(config=with_cameras(*cameras)),), tags=tags)
 
 
-def test_cameras_work_on_a_field_without_tags():
+def test_on_a_field_without_tags_tag_frames_are_empty_and_piece_frames_arrive():
     """Cameras detect pieces there, but no tag."""
     from games.rebuilt import REBUILT
     from simcore import Match

@@ -26,7 +26,7 @@ def test_the_autos_score_the_same_for_red_and_blue(auto, points, alliance):
             assert angles[0] < LEVEL_WITHIN and match.robots[0].chassis.pos[2] == pytest.approx(0.23, abs=0.02)
 
 
-def test_a_robot_away_from_the_center_is_docked_on_the_tilted_platform():
+def test_an_off_center_robot_is_docked_but_not_engaged():
     with Match(CHARGED_UP, robots=[RobotEntry(start=(2.0, STATION[1], 0.0), preload=0)], seed=1) as match:
         (robot,), blue = match.robots, match.hanging[0]
         robot.carry_to((STATION[0] + 0.1, STATION[1], 0.0))

@@ -33,7 +33,7 @@ def test_a_robot_shoots_fuel_while_the_button_is_held(alliance):
         assert len(match.record.shots) == shots == match.record.hits and len(match.robots[0].held) == 8 - shots > 2
 
 
-def test_a_robot_places_coral_on_the_nearest_branch_and_stows_when_the_button_is_released():
+def test_a_robot_places_coral_on_the_nearest_branch_and_stows_on_button_release():
     match, wants = driven(REEFSCAPE, "red", (6.6, 5.6, -2.1))
     with match:
         arm, elevator = (match.robots[0].mechanisms[name] for name in ("arm", "elevator"))

@@ -122,7 +122,7 @@ def test_a_robot_placed_among_pieces_overlaps_nothing(caplog):
 
 
 def test_a_dashboard_controls_the_field_over_networktables():
-    """Buttons, numbers, a chooser and a Pose2d; retained values are no commands."""
+    """The dashboard has buttons, numbers, a chooser and a Pose2d; retained values are no commands."""
     folder = "/Sim/Control/"
     with Dashboard() as board, Match(GAMES["rebuilt"], seed=2) as match:
         client = board.client

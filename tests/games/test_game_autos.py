@@ -79,8 +79,8 @@ def test_a_red_robot_scores_as_much_as_a_blue_robot(runs):
     assert red.score.red == pytest.approx(blue.score.blue, abs=4 if runs.auto == "neutral" else 0)
 
 
-def test_a_red_robot_drives_the_mirrored_path(runs):
-    """Equal until the robot meets a piece; a pushed heap amplifies any difference.
+def test_a_red_robot_drives_the_flipped_path_of_a_blue_robot(runs):
+    """The paths are equal until the robot meets a piece; a pushed heap amplifies any difference.
 
     On a rotated field only rounding differs, in the engine's contacts of robot and carpet. On a mirrored field the
     robot's left and right wheels also change places.
@@ -97,13 +97,13 @@ def test_a_red_robot_drives_the_mirrored_path(runs):
     assert apart[-1] < 0.1, "both end at one place"
 
 
-def test_pieces_of_a_red_match_are_staged_at_the_mirrored_positions(runs):
+def test_pieces_of_a_red_match_are_staged_at_the_flipped_positions(runs):
     blue, red = (runs[alliance].run.pieces_at_start for alliance in ("blue", "red"))
     flipped = GAMES[runs.name].field.symmetry.flip_points(red)
     assert flipped == pytest.approx(blue, abs=1e-9)
 
 
-def test_a_red_shot_flies_along_the_mirrored_path(runs):
+def test_a_red_shot_flies_along_the_flipped_path_of_a_blue_shot(runs):
     """The first shot, before any contact, has mirrored aim, muzzle, speed and spin."""
     shots = [runs[alliance].run.match.record.shots for alliance in ("blue", "red")]
     if not shots[0] or shots[0][0].time > 0.02 * (runs["blue"].touched or math.inf):

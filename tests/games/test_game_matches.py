@@ -99,7 +99,7 @@ def test_an_auto_scores_the_same_with_each_tick_split_into_four_parts(name, auto
 # --- robots ---------------------------------------------------------------------------------------------------------
 
 
-def test_two_robots_play_the_same_autos_together_as_each_robot_alone(game):
+def test_two_robots_playing_together_each_score_as_much_as_alone(game):
     """Blue and red play at opposite ends, and each scores for its alliance as many points as a robot alone."""
     auto = game.auto()
     entries = [RobotEntry(alliance=a, start=auto.start, preload=auto.preload) for a in ("blue", "red")]

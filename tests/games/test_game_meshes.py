@@ -113,7 +113,7 @@ def test_elements_have_the_sizes_and_positions_in_the_manual(name):
 
 
 def test_the_hub_funnel_has_the_dimensions_in_the_manual():
-    """Section of each wedge along its normal: distances and heights of throat, rim and skirt."""
+    """The section of each wedge along its normal gives distances and heights of throat, rim and skirt."""
     center, throat, outer = (
         np.array([*rebuilt.HUB_CENTER, 0.0]),
         rebuilt.HUB_THROAT_APOTHEM,
@@ -130,7 +130,7 @@ def test_the_hub_funnel_has_the_dimensions_in_the_manual():
 
 @pytest.mark.parametrize("alliance", ["blue", "red"])
 def test_nothing_blocks_the_path_of_a_ball_through_a_hub(alliance):
-    """The inner square from above the hub down to the base, where the scoring zone is."""
+    """The free space is the inner square from above the hub down to the base, where the scoring zone is."""
     field, half = FIELDS["rebuilt"], rebuilt.HUB_THROAT_CIRCUMRADIUS / 2
     cx, cy = rebuilt.HUB_CENTER if alliance == "blue" else REBUILT.field.symmetry.flip_point(*rebuilt.HUB_CENTER)
     assert is_free(field, (cx - half, cy - half, 1.2), (cx + half, cy + half, 3.0))
@@ -189,8 +189,8 @@ def test_the_processor_opening_is_free_and_no_larger_than_in_the_manual():
         assert not is_free(field, np.subtract(low, grow), high)
 
 
-def test_the_field_has_the_required_clearances():
-    """Staging marks, the passage under the barge between post and guardrail, and the insides of the nets."""
+def test_the_reefscape_field_has_the_required_clearances():
+    """Staging marks, the passage between the barge's post and the guardrail, and the insides of the nets are free."""
     field = FIELDS["reefscape"]
     assert is_free(field, (5.4, 0.0, 0.0), (12.1, 3.8, inches(62) - 1e-5))
     for x, y in mark_places():

@@ -58,7 +58,7 @@ def test_committed_models_are_small_valid_and_equal_the_output_of_the_scripts(ga
 
 @both
 def test_each_part_model_has_its_axle_at_the_origin(game):
-    """A wheel that turned about any other place would wobble."""
+    """A wheel that turned about any other axis would wobble."""
     parts, components = load_models(game.models).robots[0].parts, game.robot().components
     assert len(parts) == len(components) == {"rebuilt": 16, "reefscape": 8}[game.name]
     for part, component in zip(parts, components, strict=True):
@@ -70,7 +70,7 @@ def test_each_part_model_has_its_axle_at_the_origin(game):
 
 
 @both
-def test_red_robots_are_drawn_with_a_separate_model(game):
+def test_blue_and_red_models_have_equal_part_counts_and_bumpers_in_alliance_color(game):
     blue, red = load_models(game.models).robots
     assert red.name == blue.name + " (red)" and len(red.parts) == len(blue.parts)
     for robot, channel in ((blue, 2), (red, 0)):

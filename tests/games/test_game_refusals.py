@@ -135,7 +135,7 @@ def test_invalid_entries_and_games_are_refused(make, said):
         make()
 
 
-def test_an_error_in_a_script_propagates_and_closes_everything():
+def test_an_error_in_a_script_propagates_and_closes_the_sinks_and_the_world():
     def script(robot):
         yield from robot.wait(0.1)
         raise RuntimeError("student bug")
@@ -150,7 +150,7 @@ def test_an_error_in_a_script_propagates_and_closes_everything():
         seen[0].world.step(0.02)
 
 
-def test_a_sink_that_fails_to_close_does_not_prevent_others_from_closing():
+def test_a_sink_that_fails_to_close_does_not_keep_other_sinks_and_the_match_open():
     class Full(MemorySink):
         def close(self):
             raise OSError("disk full")

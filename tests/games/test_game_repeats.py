@@ -38,7 +38,7 @@ def digest(game: Game, seed: int, **settings) -> str:
     return run.report.digest
 
 
-def test_the_same_seed_gives_the_same_match_in_another_process_and_after_other_matches(game):
+def test_a_seed_gives_the_same_match_in_another_process_and_after_other_matches(game):
     before = digest(game, 8)
     digest(GAMES["crates"], 2)
     mine = digest(game, 3)
@@ -113,7 +113,7 @@ def test_a_reset_match_repeats_exactly(game, whole):
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads Linux' figures of memory")
 def test_resets_leak_no_memory(game, whole):
-    """Includes the engine's memory, which Python does not track: 36 resets of one game, 300 of each with `--whole`.
+    """The memory includes that of the engine; 36 resets of one game, 300 of each game with `--whole`.
 
     PyBullet never frees the hulls of a moving compound shape: 9 KB each, 24 in a coral.
     """

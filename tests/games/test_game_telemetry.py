@@ -16,7 +16,7 @@ from simcore.telemetry.wpilog import WpilogSink, read_log
 
 
 def test_a_log_read_back_equals_the_match(game, tmp_path):
-    """Poses, ids, held pieces and the clock, at every tick."""
+    """The test compares poses, ids, held pieces and the clock at every tick."""
     truth = []
 
     def look(match: Match) -> None:
@@ -55,7 +55,7 @@ def test_a_log_read_back_equals_the_match(game, tmp_path):
 
 
 def test_the_clock_keys_of_telemetry_are_consistent(game):
-    """Through the end of auto, the pause and the start of teleop."""
+    """The match runs through the end of auto, the pause and the start of teleop."""
     sink = MemorySink()
     auto = game.clock.duration if not game.clock.phases else game.clock.phases[0].duration
     with Match(game, sinks=[sink]) as match:

@@ -144,7 +144,7 @@ def test_a_person_can_feed_coral_at_any_time_and_throw_algae_only_in_teleop():
 
 
 def test_a_dashboard_plays_human_players_over_networktables():
-    """Pulses, manual mode and back, misspelled alliances, and numbers instead of buttons."""
+    """The dashboard sends pulses, manual mode and back, misspelled alliances, and numbers instead of buttons."""
     folder = "/Sim/HumanPlayer/"
     with Dashboard() as board, outposts(seed=2) as match:
         client = board.client

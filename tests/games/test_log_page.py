@@ -75,7 +75,7 @@ def test_the_reader_returns_the_shots_in_a_log_with_their_flights(depot):
 
 
 def test_a_page_can_be_made_from_a_log_of_an_older_version(depot, tmp_path):
-    """Without ids, results of shots and the robot's pose estimate."""
+    """The log has no ids, no results of shots and no pose estimates."""
     _, live, *_ = depot
     old = Recording()
     for snapshot in list(live.snapshots())[:50]:

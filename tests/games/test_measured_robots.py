@@ -90,7 +90,7 @@ ROBOTS = {"A": ROBOT_A, "C": ROBOT_C}
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_shot_in_a_measured_table_scores_with_a_single_exit_efficiency(name: str):
-    """From 1.2 m to 5.6 m, without contact with rim or net."""
+    """Shots from 1.2 m to 5.6 m touch neither rim nor net."""
     robot = ROBOTS[name]
     task = robot.task()
     for distance in robot.distances:
@@ -106,7 +106,7 @@ def lateness(robot: Measured, *, turns: float = 0.0) -> np.ndarray:
 
 @pytest.mark.parametrize(("name", "step"), [("A", 0.0), ("C", 5.0)])
 def test_simulated_flight_times_match_measurements(name: str, step: float):
-    """RMS error below 80 ms, and each row within the step [turns/s] to which its wheel speed is given.
+    """The RMS error is below 80 ms, and each row is within the step [turns/s] to which its wheel speed is given.
 
     C's wheel speed is given in steps of 5 turns/s, a tenth of the speed; as given, three of its rows are 82 to 107 ms
     off.

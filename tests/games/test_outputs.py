@@ -98,7 +98,7 @@ def test_unwritable_default_files_are_reported_once_and_the_run_continues(here, 
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full, the disk that is always full, on this system")
-def test_a_full_disk_at_the_end_costs_only_the_page(here, capsys):
+def test_a_full_disk_at_the_end_prevents_only_the_page(here, capsys):
     Path("full.html").symlink_to("/dev/full")
     written, said = outputs(capsys, "--page", "full.html")
     assert set(written) == {"log"}

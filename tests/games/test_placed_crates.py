@@ -46,5 +46,5 @@ def test_a_placed_crate_counts_in_addition_to_the_staged_crate(alliance):
         assert kinds == {0.62, 0.68}, "one upright, one on its end"
 
 
-def test_placed_pieces_obey_the_laws():
+def test_the_crates_game_passes_the_public_check_of_placed_pieces():
     check_placed(GAME, "crate", seconds=8.0)

@@ -79,7 +79,7 @@ def test_a_placed_robot_overlaps_nothing_and_reports_its_pose(name, whole):
 
 @pytest.mark.parametrize("name", GAMES)
 def test_pieces_can_be_placed_where_a_robot_stood_before_it_was_moved(name):
-    """Even within a tick, only the robot's last place is occupied."""
+    """Even within a tick, a robot occupies only its last pose."""
     kind = find_game(name).pieces[0].kind
     with Match(find_game(name)) as match:
         for x in (3.0, 6.0):
@@ -146,7 +146,7 @@ def test_a_robot_that_changes_sides_stands_next_to_a_robot_at_its_start(engine, 
 
 
 @PUT_ENGINES
-def test_all_robots_can_change_sides_at_once(engine, caplog):
+def test_two_robots_can_swap_alliances_in_the_same_tick(engine, caplog):
     game = find_game("rebuilt")
     with Match(game, robots=[RobotEntry(preload=0), RobotEntry(alliance="red", preload=0)], engine=engine) as match:
         before = [robot.chassis.pose for robot in match.robots]
@@ -191,7 +191,7 @@ def test_a_robot_cannot_be_placed_where_another_robot_will_be_in_the_next_tick()
 
 
 def test_a_suggested_free_pose_is_never_on_a_ramp():
-    """Near the bump next to REBUILT's hub, where there is no obstacle, for a robot placed in the hub."""
+    """The requested pose is next to REBUILT's hub, on the bump, which is no obstacle."""
     game = find_game("rebuilt")
     with Match(game, robots=[RobotEntry(preload=0)]) as match:
         pose = (HUB_CENTER[0], HUB_CENTER[1] + 0.9, 0.0)
@@ -199,7 +199,7 @@ def test_a_suggested_free_pose_is_never_on_a_ramp():
         assert math.dist(pose[:2], (x, y)) > 0.2 and match.world.is_flat(x, y, 0.5 * math.hypot(0.8, 0.8))
 
 
-def test_a_robot_cannot_be_placed_where_a_turning_robots_corner_will_be_in_the_next_tick():
+def test_a_robot_cannot_be_placed_where_a_turning_robot_will_reach_in_the_next_tick():
     """At 10 rad/s, 0.2 rad in 20 ms: a side at 0.4 m reaches 0.4 (cos a + sin a) = 0.47 m."""
     entries = [RobotEntry(start=(x, 4.0, 0.0), config=BARE) for x in (2.0, 12.0)]
     with Match(replace(Game.bare(), robots=2), robots=entries) as match:

@@ -144,8 +144,8 @@ def test_a_pose_estimator_that_starts_half_a_meter_off_converges(auto, engine_na
     assert after.max() < 0.2
 
 
-def test_odometry_with_integral_heading_control_errs_only_by_gyro_drift_and_wheel_slip():
-    """Circles at 2 m/s for 60 s while the heading swings by 57 degrees to both sides.
+def test_odometry_under_heading_control_errs_only_by_gyro_drift_and_wheel_slip():
+    """The robot drives circles at 2 m/s for 60 s while its heading swings by 57 degrees to both sides.
 
     Odometry is the true path with each step rotated by the gyro error, apart from wheel slip.
     """

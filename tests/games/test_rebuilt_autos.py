@@ -43,7 +43,7 @@ def test_the_neutral_auto_scores_more_fuel_than_its_preload(played):
     assert one.run.report.score.blue > 20, "8 of its own and more"
 
 
-def test_the_tour_climbs_the_bump_and_comes_down(played):
+def test_the_tour_auto_climbs_the_bump_and_comes_down(played):
     one = played["tour"]
     poses = np.array(one.poses)
     on_bump = (np.abs(poses[:, 0] - HUB_CENTER[0]) < BUMP_DEPTH / 2) & (
@@ -53,7 +53,7 @@ def test_the_tour_climbs_the_bump_and_comes_down(played):
     assert abs(poses[-1, 2]) < 0.005, "and stands on the carpet at the end"
 
 
-def test_the_tour_passes_under_the_trench_arm(played):
+def test_the_tour_auto_passes_under_the_trench_arm(played):
     one = played["tour"]
     poses = np.array(one.poses)
     config = one.run.match.robots[0].chassis.config

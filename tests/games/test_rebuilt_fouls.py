@@ -71,7 +71,7 @@ def test_g403_contact_in_auto_is_a_foul_beyond_the_center_line(play):
 
 
 @pytest.mark.parametrize("side", ["blue", "red"])
-def test_g420_contact_with_a_robot_at_its_tower_in_the_last_30_s_is_a_foul_whoever_starts_it(play, side):
+def test_g420_contact_with_an_opponent_at_its_tower_in_the_last_30_s_is_a_foul(play, side):
     other = "red" if side == "blue" else "blue"
     poses = {0: AT_TOWER, 1: (AT_TOWER[0] + 2 * HALF + 0.1, AT_TOWER[1], math.pi)}
     drive = {0: (0.3, 0.0, 0.0), 1: (1.0, 0.0, 0.0)}
@@ -178,7 +178,7 @@ def test_g408_catching_and_keeping_fuel_out_of_a_hub_is_a_foul(play):
     assert told(play(poses, 60.0, act=emerge(falls=True))) == [], "it fell off the robot first"
 
 
-def test_g405_the_first_fuel_shot_over_the_guardrail_is_a_minor_foul_and_the_next_is_a_major_foul(play):
+def test_g405_fuel_shot_over_the_guardrail_is_a_minor_and_then_a_major_foul(play):
     def over(match):
         for number in range(2):
             slot = int(free_fuel(match)[-1 - number])
@@ -227,7 +227,7 @@ def test_g419_also_applies_to_bumps_with_robots_at_rest(play):
     assert told(play(through, 60.0, drive=drive, seconds=3.3)) == []
 
 
-def test_fuel_at_rest_no_longer_belongs_to_its_shooter(play):
+def test_fuel_that_has_come_to_rest_is_no_longer_a_shot_of_its_shooter(play):
     """G405 and G407 apply to the shooter; a robot that moves the fuel later did not shoot it."""
 
     def rest(match):
@@ -277,7 +277,7 @@ def test_fuel_thrown_by_a_human_player_counts_in_auto():
         assert match.score.blue == sheet["Blue/totalAutoPoints"] == sheet["Blue/hubScore/autoCount"]
 
 
-def test_the_score_sheet_adds_up_and_gives_the_ranking_points():
+def test_the_score_sheet_adds_up_and_contains_the_ranking_points():
     with RebuiltSim(robots=(RobotEntry(), RobotEntry(alliance="red"), RobotEntry())) as match:
         match.rules.event = EventSettings(traversal=60)  # each threshold is met exactly
         begin(match, 165.94)
@@ -300,7 +300,7 @@ def test_the_score_sheet_adds_up_and_gives_the_ranking_points():
 
 
 @pytest.mark.parametrize("totals", [(7, 7), (8, 7)])
-def test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_gives_one_each(totals):
+def test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_gives_one(totals):
     with RebuiltSim() as match:
         match.tracker.add("blue", totals[0])
         match.tracker.add("red", totals[1])
@@ -311,8 +311,8 @@ def test_after_the_assessment_a_win_gives_three_ranking_points_and_a_tie_gives_o
         assert (rows["Blue/rp"], rows["Red/rp"]) == ((1, 1) if totals == (7, 7) else (3, 0))
 
 
-def test_in_auto_only_level_1_counts():
-    """15 points, however high a robot is at 0:00."""
+def test_in_auto_only_tower_level_1_counts():
+    """It is worth 15 points, however high a robot is at 0:00."""
     with RebuiltSim(robots=(RobotEntry(preload=0),)) as match:
         begin(match, 19.99)
         match.rules.towers.level = lambda robot: 3
@@ -345,7 +345,7 @@ def test_g414_a_robot_carried_by_its_partner_loses_its_tower_points():
         assert match.rules.towers.carried == {1}
 
 
-def test_a_robot_needs_its_tower_level_until_the_end_of_the_assessment():
+def test_a_robot_must_keep_its_tower_level_until_the_end_of_the_assessment():
     """A robot that hangs at the low rung but falls 2.5 s after the match has no level."""
     with RebuiltSim(robots=(RobotEntry(start=AT_TOWER, preload=0),)) as match:
         levels = {True: 1, False: 0}

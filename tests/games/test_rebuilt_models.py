@@ -21,8 +21,8 @@ FOLDER = ROOT / "models" / "rebuilt" / "advantagescope"
 COMPONENTS = rebuilt_robot().components
 
 
-def test_the_field_model_agrees_with_the_dimensions():
-    """With the transforms of the view: the model's red wall is at -x, so blue is at x = 0."""
+def test_the_field_model_agrees_with_the_dimensions_of_the_field():
+    """The test applies the transforms of the view: the model's red wall is at -x, so blue is at x = 0."""
     field = load_models(FOLDER).field
     assert field.size == pytest.approx((dim.FIELD_LENGTH, dim.FIELD_WIDTH), abs=1e-4)
     scene = trimesh.load_scene(field.body.path)

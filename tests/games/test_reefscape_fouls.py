@@ -69,7 +69,7 @@ def test_auto_contact_is_a_foul_only_beyond_the_barge(play):
 
 
 def test_touching_an_opponents_cage_is_a_foul(play):
-    """G405 in auto; G418 in teleop, which grants the barge ranking point. A robot's own cages may be touched."""
+    """G405 applies in auto and G418, with the barge ranking point, in teleop. A robot may touch its own cages."""
 
     def at(cage):
         return (dim.CAGE_X + HALF + 0.15, dim.CAGE_YS[cage], math.pi)
@@ -85,7 +85,7 @@ def test_touching_an_opponents_cage_is_a_foul(play):
 
 
 def test_touching_a_climber_in_the_end_game_is_a_foul(play):
-    """G428 for contact with a robot at its cage; before the end game the rule is G427.
+    """G428 applies to contact with a robot at its cage; before the end game the rule is G427.
 
     On MuJoCo the cage swings away for a tick, so G427 follows as well.
     """
@@ -125,7 +125,7 @@ def test_g409_holding_more_than_one_coral_or_one_algae_is_a_foul(play):
 
 
 def test_taking_a_coral_off_the_opponents_reef_gives_the_opponents_the_ranking_point(play):
-    """G410; a robot may take coral off its own reef."""
+    """The rule is G410; a robot may take coral off its own reef."""
 
     def put_and_take(number):
         def act(match):
@@ -166,7 +166,7 @@ def test_g410_also_applies_to_a_coral_knocked_off_the_opponents_reef(play, robot
 
 
 def test_launching_coral_outside_the_robots_own_reef_zone_is_a_foul(play):
-    """G412 for launched coral; released coral drops where the robot is."""
+    """G412 applies to launched coral; released coral drops where the robot is."""
 
     def let_go(speed):
         def act(match):
@@ -187,7 +187,7 @@ def test_launching_coral_outside_the_robots_own_reef_zone_is_a_foul(play):
 
 
 def test_placing_algae_on_the_opponents_reef_is_a_foul(play):
-    """G411 once the algae is at rest; algae next to the reef is no foul."""
+    """G411 applies once the algae is at rest; algae next to the reef is no foul."""
 
     def lay(number, where):
         def act(match):
@@ -209,8 +209,8 @@ def test_placing_algae_on_the_opponents_reef_is_a_foul(play):
     assert told(play({}, 60.0, act=lay(1, (x + beside, y, 0.21)), seconds=0.6)) == [], "on the carpet of its zone"
 
 
-def test_a_second_robot_beyond_the_barge_is_fouled_again_every_three_seconds(play):
-    """G421: minor, then major every three seconds."""
+def test_a_second_robot_beyond_the_barge_commits_a_foul_every_three_seconds(play):
+    """G421 gives a minor foul, then a major foul every three seconds."""
     poses = {0: (11.0, 7.0, 0.0), 2: (11.0, 1.0, 0.0)}
     match = play(poses, 60.0, seconds=6.1)
     assert told(match) == [("G421", "blue", 2), ("G421", "blue", 6), ("G421", "blue", 6)]

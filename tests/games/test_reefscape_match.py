@@ -51,7 +51,7 @@ def rows(match: Match, prefix: str = "Blue/") -> dict[str, int]:
 
 
 def test_coral_counts_by_level_and_period_and_loses_its_points_when_it_falls():
-    """One coral per level in auto, including the trough, and again in teleop; then a robot takes one off."""
+    """Each level, including the trough, gets a coral in auto and another in teleop; then a robot takes one off."""
     with Match(REEFSCAPE, robots=FAR) as match:
         slots = {level: put_on(match, 2 * level, level) for level in (2, 3, 4)}
         lying = np.array([[*(math.sin(math.pi / 4) * np.array([1.0, 0.0, 0.0])), math.cos(math.pi / 4)]])
@@ -183,7 +183,7 @@ def test_coral_is_judged_three_seconds_after_auto_and_after_the_match():
 
 
 def test_coral_and_barge_ranking_points_need_their_thresholds():
-    """Five coral on each of four levels; 14 points at the barge by a deep cage and a parked robot."""
+    """Thresholds are five coral on each of four levels, and 14 barge points by a deep cage and a parked robot."""
     with Match(REEFSCAPE, robots=(FAR[0], RobotEntry(start=(7.0, 5.0, 0.0), preload=0))) as match:
         for count, ends, met in ((5, ("DeepCage", "Parked"), 1), (4, ("DeepCage", "None"), 0)):
             for level in ("BlueL2", "BlueL3", "BlueL4", "BlueL1"):
@@ -283,7 +283,7 @@ def test_human_players_feed_only_their_own_alliance():
 
 
 def test_a_thrown_algae_and_a_lodged_algae_never_gain_energy_together():
-    """Thrown from below and outside while nothing else moves; their energy never exceeds that at the throw."""
+    """One algae is thrown from below at the other; their energy never exceeds that at the throw."""
     with Match(REEFSCAPE, robots=[RobotEntry(start=(7.2, 2.0, 0.0))]) as match:
         for seed, (speed, up) in enumerate(((3.3, 0.6), (9.0, 0.35), (9.0, 0.5), (10.0, 0.8))):
             match.reset(seed)

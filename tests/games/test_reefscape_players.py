@@ -86,7 +86,7 @@ def test_an_algae_player_fills_the_processor_until_coopertition_and_then_the_net
 
 
 @pytest.mark.parametrize("level", [2, 4])
-def test_a_defender_keeps_an_opponent_busy_without_a_foul(level):
+def test_a_defender_makes_contact_with_an_opponent_without_committing_a_foul(level):
     """The defender crosses between its cages and makes contact without G425, G427 or G418."""
     with match_of(REEFSCAPE, {"blue": "scorer:2", "red": f"defender:{level}"}, at=MATCH.start("teleop")) as match:
         touches = 0

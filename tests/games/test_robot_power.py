@@ -1,4 +1,4 @@
-"""Brownouts and disabling stop everything that a roboRIO stops; custom fields work."""
+"""Brownouts and disabling stop the outputs that a roboRIO stops; a custom field mesh can be loaded."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_disabled_robot_coasts_and_continues_when_enabled_again(match):
     assert robot.mechanisms["shooter"].velocity > running
 
 
-def test_a_brownout_stops_everything_on_the_robot():
+def test_a_brownout_stops_the_drive_and_the_mechanisms():
     """With a brownout level above the battery's voltage, a roboRIO never enables its outputs."""
     weak = replace(rebuilt_robot(), battery=BatteryConfig(brownout_voltage=13.0, recovered_voltage=13.5))
     entry = RobotEntry(preload=0, config=weak)
@@ -83,7 +83,7 @@ def full_speed(robot, time):
     ],
 )
 def test_any_robot_accelerates_at_full_voltage_and_logs_its_brownouts(limits, battery, way, has_brownouts, caplog):
-    """2 s at 12 V from rest. A brownout lasts one heartbeat; a line gives time and cause, another the count."""
+    """From rest, 12 V for 2 s: a brownout lasts one heartbeat; a line gives its time and cause, another the count."""
     module = SwerveModuleConfig(x=0.0, y=0.0, **limits)
     config = RobotConfig(drivetrain=SwerveConfig.square(0.53, module), battery=battery)
     log = MemorySink()
@@ -95,7 +95,7 @@ def test_any_robot_accelerates_at_full_voltage_and_logs_its_brownouts(limits, ba
     lowest = min(snapshot.doubles["Sim/Debug/BatteryVoltageMin"] for snapshot in log.snapshots)
     low_ticks = [snapshot.booleans["Sim/Debug/BrownedOut"] for snapshot in log.snapshots]
     assert lowest == pytest.approx(spent.min_voltage, abs=5e-4)  # telemetry rounds to 1 mV
-    said = [record.getMessage() for record in caplog.records if "brown-out" in record.getMessage()]
+    said = [record.getMessage() for record in caplog.records if "brownout" in record.getMessage()]
     if not has_brownouts:
         assert spent.brownouts == 0 and not any(low_ticks) and lowest > 6.75 and said == []
         return
@@ -106,9 +106,9 @@ def test_any_robot_accelerates_at_full_voltage_and_logs_its_brownouts(limits, ba
     assert spent.off_time == pytest.approx(0.02 * spent.brownouts, abs=0.02)
     assert sum(low_ticks) >= spent.brownouts > 3
     begin, end = said
-    assert begin.startswith("robot 0: brown-out at 0.0 s: ") and ", drive " in begin and "7.5 V are back" in begin
+    assert begin.startswith("robot 0: brownout at 0.0 s: ") and ", drive " in begin and "7.5 V are back" in begin
     assert end == (
-        f"robot 0: {spent.brownouts} brown-outs in this run, {spent.off_time:.2f} s without motors; "
+        f"robot 0: {spent.brownouts} brownouts in this run, {spent.off_time:.2f} s without motors; "
         f"lowest {lowest:.1f} V"
     )
 
@@ -157,11 +157,11 @@ def test_twelve_stalled_motors_without_limits_share_the_battery_voltage(caplog):
         match.play(1.0)
         assert np.isfinite(match.robots[0].chassis.pose).all() and drive.bus_voltage > 12.0
     begin, end = [record.getMessage() for record in caplog.records if "robot 0: " in record.getMessage()]
-    assert begin.startswith("robot 0: brown-out at 0.0 s: ") and "drive " in begin and "25 brown-outs" in end
+    assert begin.startswith("robot 0: brownout at 0.0 s: ") and "drive " in begin and "25 brownouts" in end
 
 
 def test_a_custom_field_mesh_needs_no_built_in_names(tmp_path: Path):
-    """A box and a ridge with the name of a built-in bump, over which robots drive."""
+    """The mesh has a box, and a ridge that is named like a bump, over which robots drive."""
     corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
     box = [(4, 3, 2, 1), (5, 6, 7, 8), (1, 2, 6, 5), (2, 3, 7, 6), (3, 4, 8, 7), (4, 1, 5, 8)]
 

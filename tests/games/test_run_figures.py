@@ -103,7 +103,7 @@ def of_page(path: Path) -> Figures:
         taken=taken,
         driven=facts["driven"].split()[0],
         volts=facts["lowest battery voltage"].split()[0],
-        brownouts=int(facts.get("brown-outs", 0)),
+        brownouts=int(facts.get("brownouts", 0)),
     )
 
 
@@ -138,7 +138,7 @@ def of_layout(path: Path) -> set[str]:
 
 
 def of_chart(recording: Recording, scene, lowest: float, *, within: float = 6e-4) -> Figures:
-    """Return the figure of the battery chart, which has millivolts, compared before rounding to two decimals."""
+    """Return the lowest voltage to two decimals after comparing the battery chart, which has millivolts."""
     (battery,) = (chart for chart in charts_of(RunTrack(recording, scene)) if chart.title.startswith("Battery"))
     assert battery.curves[0].values.min() == pytest.approx(lowest, abs=within)
     return Figures(volts=f"{lowest:.2f}")
@@ -172,7 +172,7 @@ def of_report(report) -> dict[str, Figures]:
         taken=number(r"taken in\D+(\d+)", text),
         driven=re.search(r"distance driven\D+([\d.]+) m", text)[1],
         volts=re.search(r"lowest battery\D+([\d.]+) V", text)[1],
-        brownouts=number(r"(\d+) brown-outs", text),
+        brownouts=number(r"(\d+) brownouts", text),
     )
     data = json.loads(report.to_json())
     told = Figures(
@@ -297,7 +297,7 @@ def needs_robot_packages() -> None:
 
 @pytest.mark.slow
 def test_the_page_of_a_failed_test_agrees_with_the_test_networktables_log_and_chart(tmp_path):
-    """Recorded ten times a second: shots begin and end between two rows, and so does the lowest battery voltage."""
+    """The run is recorded ten times a second: shots and the lowest battery voltage fall between two rows."""
     needs_robot_packages()
     project = tmp_path / "project"
     shutil.copytree(EXAMPLE, project, ignore=shutil.ignore_patterns("tests", "test_output", "out", "__pycache__"))

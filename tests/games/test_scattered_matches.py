@@ -34,7 +34,7 @@ def test_zero_scatter_equals_no_scatter_and_a_seed_repeats_the_match():
 
 
 @pytest.mark.parametrize("game", ["rebuilt", "crates"])
-def test_a_red_match_is_the_mirrored_blue_match_with_the_same_scatter(game):
+def test_a_red_match_is_the_flipped_blue_match_with_the_same_scatter(game):
     """One field is rotated, the other is mirrored, with sideways errors of opposite sign."""
     symmetry = GAMES[game].field.symmetry
     scatter = Scatter() if symmetry.keeps_hands else replace(Scatter.none(), start_position=0.02, start_heading=0.02)

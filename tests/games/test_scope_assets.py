@@ -14,8 +14,8 @@ from simcore.show.scope_layout import game_snapshot, scope_layout
 from simcore.show.view_models import load_models
 
 
-def test_a_game_without_models_is_drawn_with_a_field_pieces_and_robots_of_both_colors(game, tmp_path):
-    """Models show the engine's elements at their places in the field frame."""
+def test_plain_models_are_written_for_the_field_the_pieces_and_blue_and_red_robots(game, tmp_path):
+    """Models show the engine's elements at their positions in the field frame."""
     folders = write_assets(game, tmp_path)
     assert [path.is_dir() for path in folders] == [True] * 3
     assert check_folder(tmp_path, parts=0) == []

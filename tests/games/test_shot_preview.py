@@ -39,7 +39,7 @@ def distance(point, line) -> float:
     [((2.5, 4.03, 0.0), 7.2, True), ((2.5, 4.03, 0.0), 5.0, False), ((2.5, 4.03, math.pi), 7.2, False)],
 )
 def test_a_shot_follows_its_previewed_path(start, speed, scores) -> None:
-    """Within 6 cm, as the wheels slow down in the tick of the shot; the preview includes hits via the funnel."""
+    """Paths agree within 6 cm, as the wheels slow down in the tick of the shot; the preview includes funnel hits."""
     with RebuiltSim(robots=(RobotEntry(start=start),)) as match:
         match.set_controller(0, aim(speed, 0.75, 0.0))
         match.play(0.1)

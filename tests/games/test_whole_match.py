@@ -57,7 +57,7 @@ def test_a_collector_does_not_shoot_while_its_hub_is_inactive():
         assert not match.rules.is_active("blue")
 
 
-def test_a_climber_hangs_as_the_match_ends():
+def test_a_climber_hangs_on_the_low_rung_when_the_match_ends():
     with played({"blue": "climber:3"}, at=MATCH.duration - 14.5) as match:
         match.play(17.6)
         assert match.rules.breakdown()["Blue/endGameTowerPoints"] == 10
@@ -71,7 +71,7 @@ def test_a_shuttle_throws_fuel_into_its_alliance_zone():
         assert zone.sum() > 24 + 8, "beside the depot's"
 
 
-def test_a_defender_keeps_an_opponent_busy_without_a_foul():
+def test_a_defender_makes_contact_with_an_opponent_without_committing_a_foul():
     """The defender makes contact, but neither pins (G418) nor reaches into the other robot (G415)."""
     with played({"blue": "collector:2", "red": "defender:3"}, at=MATCH.start("transition")) as match:
         touches = 0

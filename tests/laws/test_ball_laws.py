@@ -111,7 +111,7 @@ def test_a_flight_agrees_with_the_differential_equation(speed, elevation, slope)
 @pytest.mark.parametrize("surface", [CARPET, WALL, BUMPER, POLYCARBONATE], ids=lambda s: s.name)
 @pytest.mark.parametrize("speed", [0.3, 1.0, 3.0, 6.0, 10.0, 15.0])
 def test_a_bounce_has_the_restitution_of_its_pair(surface, speed):
-    """Within 0.03, wherever in a step the impact begins."""
+    """The restitution is within 0.03, wherever in a step the impact begins."""
     with PhysicsWorld(floor=surface, gravity=1e-9) as world:
         places = [(1.0 + k, 4.0, R + 0.02 + speed * 1e-3 * k / 8) for k in range(8)]
         scene = Scene(world, places)
@@ -126,7 +126,7 @@ def test_a_bounce_has_the_restitution_of_its_pair(surface, speed):
 @pytest.mark.parametrize("restitution", [0.3, 0.5, 0.55, 0.75])
 @pytest.mark.parametrize("stiffness", [FUEL.stiffness, FOAM_STIFFNESS], ids=["fuel", "dense"])
 def test_two_balls_separate_with_the_restitution_of_their_pair(speed, restitution, stiffness):
-    """Within 0.03 for restitutions of 0.09 to 0.56, in steps of 1 ms and of 0.25 ms."""
+    """The error is below 0.03 for restitutions of 0.09 to 0.56, in steps of 1 ms and of 0.25 ms."""
     kind = replace(FUEL, restitution=restitution, stiffness=stiffness)
     for h in (1e-3, 2.5e-4):
         with PhysicsWorld(floor=None, gravity=1e-9) as world:
@@ -330,7 +330,7 @@ def test_a_ball_rolls_down_a_slope_that_exceeds_its_rolling_resistance(degrees):
 
 
 def test_a_ball_that_rolls_over_seams_keeps_its_path():
-    """A floor of tiles with one surface against a single plate: position within 0.2 mm, velocity within 2 mm/s.
+    """On a floor of tiles and on a single plate, positions agree within 0.2 mm and velocities within 2 mm/s.
 
     Each tile is a new contact without a history of foam and friction.
     """
@@ -354,7 +354,7 @@ def test_a_ball_that_rolls_over_seams_keeps_its_path():
 
 
 def test_a_robot_and_balls_conserve_momentum():
-    """A body of 55 kg among flying balls in zero gravity: linear momentum to rounding, angular momentum to 0.1 %."""
+    """Among balls in zero gravity, linear momentum holds to rounding and angular momentum to 0.1 %."""
     rng = np.random.default_rng(5)
     with PhysicsWorld(floor=None, gravity=1e-12) as world:
         shape = Compound(

@@ -45,7 +45,7 @@ def test_onboard_loops_use_the_configured_feedforward_constants():
     assert weak < plain - 5.0, "back-EMF that nobody expected"
 
 
-def test_a_module_with_a_calibrated_zero_error_drives_in_its_true_direction():
+def test_steer_offset_errors_turn_the_direction_of_travel_but_not_the_odometry():
     config = RobotConfig(drivetrain=with_modules(steer_offset=0.1))
     with Match.bare(config, start=(4.0, 4.0, 0.0)) as match:
         (robot,) = match.robots
@@ -67,7 +67,7 @@ def test_a_tank_drive_turns_toward_its_weaker_side():
     assert turns[0] == pytest.approx(0.0, abs=1e-12) and turns[1] < -1e-3
 
 
-def test_motors_of_one_gearbox_vary_in_torque_speed_and_resistance():
+def test_a_varied_gearbox_scales_torque_back_emf_and_resistance():
     plain = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
     one = plain.varied(kt=1.1, resistance=1.3)
     assert one.torque_per_amp / plain.torque_per_amp == pytest.approx(1.1)

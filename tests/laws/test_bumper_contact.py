@@ -221,11 +221,9 @@ def test_the_contact_of_two_robots_conserves_angular_momentum(scene):
 def held_heading(torque):
     """Return the heading error at which a swerve drive with a gain of 6/s balances a torque [N m], in radians.
 
-    Each wheel, at the lever arm R, provides torque r / 4 R through its motor, gear loss and friction. That current
-    takes
-    a voltage that the module's loop reaches at a speed error s: kV s + kP s + kS min(1, 20 s). The heading loop
-    commands
-    s = 6/s R theta.
+    Each wheel, at the lever arm R, provides torque r / 4 R through its motor, gear loss and friction. Its current
+    takes a voltage that the module's loop reaches at a speed error s: kV s + kP s + kS min(1, 20 s). The heading
+    loop commands s = 6/s R theta.
     """
     module, motor, arm = MODULE, MODULE.limited_drive_motor, 0.5 * math.sqrt(2.0) * 0.53
     load = SWERVE.body.mass * GRAVITY / 4.0
@@ -237,7 +235,7 @@ def held_heading(torque):
 
 @pytest.mark.parametrize("torque", [100.0, 150.0, 200.0])
 def test_a_held_heading_yields_to_a_torque_by_the_gains_of_its_loops(torque):
-    """2.3, 5.2 and 8.1 degrees after 0.8 s, within 5 %: the transient exp(-6/s t) and tire creep are not modelled."""
+    """It yields 2.3, 5.2 and 8.1 degrees in 0.8 s, within 5 %: the transient and tire creep are not modelled."""
     with field((5.0, 4.84, 0.0)) as match:
         (robot,) = match.robots
         for _ in range(40):
@@ -266,7 +264,7 @@ def test_a_robot_leaving_a_t_bone_turns_because_all_its_tires_are_at_their_limit
 
 
 def test_a_scraped_robot_turns_like_a_free_robot_under_the_same_force_and_torque():
-    """4 degrees: the heading error at which a gain of 6/s balances the largest contact torque, 130 N m."""
+    """It turns by 4 degrees, the error at which a gain of 6/s balances the largest contact torque, 130 N m."""
     starts, wanted = SCRAPE
     pushes, turned, lone = [], [], []
     with field(*starts) as match:
@@ -387,7 +385,7 @@ def test_a_robot_that_coasts_up_a_bump_returns_at_nearly_its_speed(speed):
 # --- tilted robots ----------------------------------------------------------------------------------------------------
 
 
-def test_a_wall_above_the_bumpers_stops_the_frame():
+def test_a_bar_above_the_bumpers_stops_the_frame():
     """A bar at 0.4 m passes over bumpers of 0.25 m and meets a frame of 0.5 m; the robot leans back until it balances.
 
     The rear wheels then push with W tan b, where b is the angle from the bar to the rear wheels: about 12 degrees.

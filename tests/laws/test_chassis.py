@@ -44,7 +44,7 @@ def bump(world: PhysicsWorld) -> float:
 @pytest.mark.parametrize(("height", "way"), [(0.5, 1.0), (0.7, 1.0), (0.7, -1.0)])
 @pytest.mark.parametrize("over", [-2.0, 2.0])
 def test_a_robot_balanced_on_its_bumper_edge_falls_toward_its_center_of_mass(height, way, over):
-    """Two degrees beyond tan a = (w / 2) / (h - c) it falls over; two degrees below it lands on its wheels."""
+    """Two degrees beyond tan a = (w / 2) / (h - c) it falls over; two degrees less, it lands on its wheels."""
     config = ChassisConfig(center_of_mass_height=height, height=0.9)
     critical = math.atan2(0.5 * config.bumper_width, height - config.clearance)
     with PhysicsWorld() as world:
@@ -94,7 +94,7 @@ def test_a_robot_rises_tilts_and_comes_down_over_the_bump(speed, heading_deg):
 @pytest.mark.parametrize("speed", [1.0, 2.0, 4.0, 5.0])
 @pytest.mark.parametrize("heading", [0.0, 0.4])
 def test_a_wall_stops_a_robot_within_the_overlap_that_its_bumper_stiffness_allows(speed, heading):
-    """It overlaps by d = v sqrt(m / k) at most, with the stiffness of a side, or a quarter of that for a corner."""
+    """The overlap is at most d = v sqrt(m / k); a corner has a quarter of the stiffness of a side."""
     with PhysicsWorld() as world:
         world.add_static("wall", Box((0.3, 6.0, 1.0)), (2.15, 0.0, 0.5), surface=WALL)
         robot = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, heading))

@@ -117,10 +117,10 @@ def test_load_transfer_makes_the_front_wheels_spin_first():
 @pytest.mark.parametrize("mass", [62.0, 68.0])
 @pytest.mark.parametrize("limit", [(120.0, 70.0), (math.inf, math.inf)])
 def test_a_sprint_takes_as_long_as_a_team_measured(mass, limit):
-    """250 in in 1.78 s: 4 Falcon 500 at 7.2:1 on 4 in wheels, 12 V ramped over 0.1 s; battery and mass are not given.
+    """250 in take 1.78 s: 4 Falcon 500 at 7.2:1 on 4 in wheels, 12 V ramped over 0.1 s; battery and mass are unknown.
 
-    Without current limits a roboRIO 1 browns out at 6.3 V; when motors stayed off after each dip, it took 2.03 to 2.09
-    s.
+    Without current limits a roboRIO 1 browns out at 6.3 V; when motors stayed off after each dip, it took 2.03 to
+    2.09 s.
     Friction is not given either: 0.25 V, a drive in good order, fits; the 0.65 V of public tank drives takes 5 %
     longer.
     Source: team 1678, Falcon 500 beta test findings (Chief Delphi 368786).

@@ -36,11 +36,10 @@ def robot(name: str, count: int, limits: dict[str, float], *, stalled: bool) -> 
 @pytest.mark.parametrize("count", [0, 1, 2, 4, 12])
 @pytest.mark.parametrize("name", ["Kraken X60", "NEO"])
 def test_battery_energy_equals_motor_heat_and_kinetic_energy(name, count, limits, stalled):
-    """Mechanisms and drivetrain for half a second at 12 V: within 0.5 %.
+    """Mechanisms and drivetrain run at 12 V for half a second; the energies agree within 0.5 %.
 
     A datasheet motor delivers kt kv times its electrical power as mechanical power, see `MotorModel`. In the
-    millisecond
-    in which an arm meets its stop, the energy of the impact is neither winding heat nor motion.
+    millisecond in which an arm meets its stop, the energy of the impact is neither winding heat nor motion.
     """
     config = robot(name, count, limits, stalled=stalled)
     with Match.bare(config, start=(4.0, 4.0, 0.0)) as match:

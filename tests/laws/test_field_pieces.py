@@ -37,7 +37,7 @@ def corners(element):
 
 @pytest.mark.parametrize("kind", ["rotate", "mirror"])
 @pytest.mark.parametrize("toward", ["+x", "-x", "+y", "-y"])
-def test_slopes_and_hulls_are_mirrored_to_both_halves(kind, toward):
+def test_slopes_are_flipped_to_the_other_half(kind, toward):
     symmetry = FieldSymmetry(kind, SIZE)
     blue, red = for_both_alliances([slope_element("ramp", (2.0, 1.0, 0.0), (3.0, 3.0, 0.2), toward)], symmetry)
     assert (blue.name, red.name) == ("blue_ramp", "red_ramp")
@@ -49,7 +49,7 @@ def test_slopes_and_hulls_are_mirrored_to_both_halves(kind, toward):
     assert len(top) == 2 and {point[axis] for point in top} == {((2.0, 3.0), (1.0, 3.0))[axis][edge]}
 
 
-def test_shapes_that_cannot_be_mirrored_are_refused():
+def test_shapes_that_cannot_be_flipped_and_invalid_slopes_are_refused():
     mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]))
     with pytest.raises(ConfigError, match="boxes, cylinders, balls and hulls can be put on both sides, got a Mesh"):
         for_both_alliances([FieldElement(name="net", shape=mesh, position=np.zeros(3))], FieldSymmetry("rotate", SIZE))

@@ -46,7 +46,7 @@ def returned(speed: float, h: float) -> float:
 
 
 @pytest.mark.parametrize("speed", [0.5, 1.0, 2.0])
-def test_a_robot_that_rams_a_pinned_fuel_rebounds_with_the_restitution_of_both_contacts(speed):
+def test_a_robot_that_rams_a_pinned_fuel_rebounds_with_the_mean_restitution(speed):
     """Each contact stores half of the energy, so e^2 is the mean of both, though 55 kg is 250 times the mass of a fuel.
 
     The robot reverses slowly, within a quarter of a second, in which the foam relaxes: this changes e by up to 0.05.
@@ -106,7 +106,7 @@ def test_stiff_contacts_do_not_change_the_step_of_other_balls():
     assert ends[0] == ends[1]
 
 
-def test_a_row_of_fuel_squeezed_at_a_wall_comes_to_rest_and_passes_the_whole_force_on():
+def test_a_row_of_fuel_squeezed_at_a_wall_comes_to_rest_and_transmits_the_force():
     """A robot presses four fuel at a wall with 120 N for 2 s: the row is still, and foam at the wall has F(d) = 120 N.
 
     A smooth tube keeps the row from buckling.

@@ -1,4 +1,4 @@
-"""How high a robot is above the ground, by its wheels and its underside."""
+"""Height of a robot above the ground, from its wheels."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def test_a_robot_tilted_on_a_bump_is_not_airborne() -> None:
     assert not result.is_airborne
 
 
-def test_a_robot_above_a_bump_is_airborne_by_the_gap_below_its_lowest_wheel() -> None:
+def test_the_height_of_an_airborne_robot_is_the_gap_below_its_lowest_wheel() -> None:
     result = ground_clearance(WHEELS + np.array([0.0, 0.0, 0.05]), np.zeros(4))
     assert result.height == pytest.approx(0.05)
     assert result.is_airborne

@@ -85,7 +85,7 @@ def _places_are_inside(match) -> bool:
     return bool((places >= storage.low).all() and (places <= storage.high).all())
 
 
-def test_a_narrow_outlet_jams_with_one_warning_and_keeps_its_fuel(caplog):
+def test_a_narrow_outlet_jams_with_a_warning_and_the_robot_keeps_fuel(caplog):
     narrow = robot(outlet_width=0.2, belt="spindexer", belt_travel=0.1, funnel=0.5)
     run = play_auto(REBUILT, "depot", seed=0, robot=narrow, on_tick=_require_conserved)
     with run.match:
@@ -134,7 +134,7 @@ def test_each_of_two_hoppers_warns_of_its_own_jam(caplog):
     assert sorted(filter(None, told)) == ["outlet of its hopper 'a'", "outlet of its hopper 'b'"]
 
 
-def test_a_claw_that_takes_a_piece_out_of_a_hopper_ends_its_jam():
+def test_a_claw_that_takes_a_piece_out_of_a_hopper_ends_the_jam():
     base = reefscape_robot()
     claws = replace(base, storage=replace(base.storage, hopper=HopperConfig(outlet_width=0.4, slope=0.2)))
     jams = []

@@ -145,7 +145,7 @@ def test_every_intake_and_every_shooter_uses_its_own_storage():
         replace(both, more_storages=(StorageConfig(),))
 
 
-def test_an_intake_with_a_reversed_roller_takes_pieces_while_it_turns_backward():
+def test_an_intake_with_a_reversed_roller_is_active_while_the_roller_turns_backward():
     config = robot()
     config = replace(config, intakes=(replace(config.intakes[0], roller="claw", roller_reversed=True),))
     with Match(Game.bare(pieces=(PieceSupply(BALL, 1),), robot=lambda: config)) as match:
@@ -158,7 +158,7 @@ def test_an_intake_with_a_reversed_roller_takes_pieces_while_it_turns_backward()
 # --- placer ---------------------------------------------------------------------------------------------------------
 
 
-def test_a_piece_passes_through_when_the_roller_turns_forward_again():
+def test_a_pass_through_placer_releases_its_piece_when_its_roller_restarts_forward():
     """The placer does not release a piece while taking it in, nor take it in while releasing it."""
     config = robot()
     (placer,) = config.placers
@@ -229,7 +229,7 @@ def test_a_full_placer_takes_no_second_piece(bare):
 # --- shooter --------------------------------------------------------------------------------------------------------
 
 
-def test_a_shot_ends_its_first_tick_at_the_position_for_its_scheduled_time(bare):
+def test_a_shot_fired_mid_tick_flies_only_for_the_rest_of_the_tick(bare):
     """Shots 0.25 s apart leave 0 or 10 ms into a tick; both are on the parabola from the muzzle."""
     one = bare.robots[0]
     bare.pieces.hold(slots := bare.pieces.stage("Ball", 2), 0)
@@ -259,7 +259,7 @@ def test_a_sleeping_piece_wakes_before_a_robot_reaches_it():
 
 
 def crate_before_post(aside: float) -> tuple[Game, np.ndarray]:
-    """Return a game with a post at the height of the claw, and the place of a crate in the claw.
+    """Return a game with a post at the height of the claw, and the position of a crate in the claw.
 
     The robot is at (4, 4, 0).
 

@@ -87,6 +87,17 @@ def test_the_velocity_loops_follow_commanded_chassis_speeds(speeds):
     assert (forward, left, robot.omega) == pytest.approx(speeds, abs=0.06)
 
 
+def test_a_commanded_turn_leaves_the_robot_center_at_rest():
+    """The center of mass, 0.1 m ahead of the robot center, then moves at omega x r."""
+    drive = MecanumDrive(replace(MecanumConfig(), center_of_mass=(0.1, 0.0, 0.2)))
+    robot = DriveBench(drive)
+    drive.set_chassis_speeds(0.0, 0.0, 2.0)
+    robot.run(1.5)
+    c, s = math.cos(robot.yaw), math.sin(robot.yaw)
+    forward, left = c * robot.vx + s * robot.vy, c * robot.vy - s * robot.vx
+    assert (forward, left, robot.omega) == pytest.approx((0.0, 0.2, 2.0), abs=0.06)
+
+
 @each("signs", [(1, 1, 1, 1), (-1, 1, 1, -1), (1, -1, 1, -1), (1, 0, 0.3, 1)])
 def test_kinetic_energy_never_exceeds_the_electrical_energy_drawn(signs):
     """Kinetic energy of chassis and shafts is at most the energy that the motors drew, driving and braking."""

@@ -1,4 +1,4 @@
-"""Mass and inertia of a robot include held pieces and raised mechanisms, at their places."""
+"""Mass and inertia of a robot include held pieces and raised mechanisms, at their positions."""
 
 from __future__ import annotations
 
@@ -238,7 +238,7 @@ def test_releasing_a_carried_piece_changes_no_velocity_of_the_robot():
 
 @pytest.mark.parametrize("lift", (0.0, 1e-6, 800.0))
 def test_a_free_robot_turns_about_its_center_of_mass(lift):
-    """The origin moves on a circle about it, whether the loop or the engine integrates the robot, or in the air.
+    """The origin circles the center of mass whether the loop or the engine integrates the robot, and in the air.
 
     p(t) = c(t) - R(w t) r, within 2 mm and 1 mrad.
     """

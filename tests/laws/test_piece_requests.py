@@ -53,7 +53,7 @@ def test_an_invalid_request_for_pieces_changes_nothing():
 
 
 def test_a_pushed_piece_flies_equally_in_whole_ticks_and_in_parts_of_ticks():
-    """Position half a second after a ball is pushed at 5 m/s from a height of 1.5 m."""
+    """The ball is pushed at 5 m/s from a height of 1.5 m and flies for half a second."""
     ends = []
     for parts in (1, 2, 4):
         with PhysicsWorld() as world:
@@ -71,7 +71,7 @@ def test_a_pushed_piece_flies_equally_in_whole_ticks_and_in_parts_of_ticks():
     assert np.ptp(np.array(ends), axis=0).max() < 0.003
 
 
-def test_a_world_takes_the_gravity_of_its_engine():
+def test_a_world_uses_the_gravity_of_its_engine():
     with PhysicsWorld(gravity=1.6) as world:
         assert world.gravity == PhysicsWorld(engine=world.engine).gravity == 1.6
         with pytest.raises(ConfigError, match="gravity"):

@@ -115,7 +115,7 @@ def test_a_tube_rolls_and_slides_down_a_ramp_at_the_theoretical_acceleration(rol
 
 
 @pytest.mark.parametrize(("speed", "yaw"), [(0.8, 0.0), (1.2, math.pi / 4), (1.6, 0.0)])
-def test_a_tube_rolls_as_far_as_its_rolling_resistance_allows(speed, yaw, engine_name):
+def test_rolling_resistance_slows_a_rolling_tube_by_0_9_to_1_8_times_the_theory(speed, yaw, engine_name):
     """a = c g / (r (1 + I / m r^2)), where c is the lever arm of the pair; the tube slides first.
 
     Engines resist rolling about fixed axes, and a tube of 96 faces loses energy at each face: up to 1.8 times as much.
@@ -285,7 +285,7 @@ def test_friction_stops_a_lying_tube_that_spins(engine_name):
 def test_an_inflated_cube_bounces_and_rests_as_configured(stiffness, restitution):
     """Dropped flat from h, the cube rebounds to e^2 h with the e of the pair, and rests less than m g / k deep.
 
-    Four corners share the weight. Within a fifth: the spring has damping, and a 5 ms step locates the reversal roughly.
+    Four corners share the weight. Errors are up to a fifth: the spring has damping, and steps of 5 ms are coarse.
     """
     cube = GamePieceConfig(
         name="Cube", shape=Box((0.2413,) * 3), mass=0.07, stiffness=stiffness, restitution=restitution

@@ -120,8 +120,7 @@ def test_a_robot_that_lands_on_a_ball_rests_on_it(ahead):
 
     In the middle the ball bears all of the weight. Near one end the robot stands on the ball and on two wheels, and the
     moments of ball load and weight about the axle balance. The load is read from the compression of the ball against
-    the
-    carpet, averaged over two seconds because the robot still sways.
+    the carpet, averaged over two seconds because the robot still sways.
     """
     with PhysicsWorld() as world:
         pin = Pin(world, np.array([[4.0 + ahead, 4.0, RADIUS]]), (4.0, 4.0, 0.0))
@@ -185,7 +184,7 @@ def field():
 
 
 def test_random_pins_on_the_field_lose_no_fuel(field, whole):
-    """1, 6 or 24 fuel in front of guardrails, alliance walls, corners and hub faces, at 0.3 to 4.5 m/s."""
+    """A robot presses 1, 6 or 24 fuel against guardrails, walls, corners and hub faces, at 0.3 to 4.5 m/s."""
     is_inside = inside_of(field.elements)
     assert len(is_inside) > 40
     reached = 0

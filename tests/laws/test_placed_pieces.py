@@ -96,6 +96,27 @@ def test_a_piece_at_rest_in_its_place_counts_until_it_is_knocked_off_or_taken():
         assert match.count.is_conserved and match.count.held == 1 and match.count.placed == 0
 
 
+def test_a_piece_put_inside_a_robot_moves_neither_and_can_be_pushed_once_it_is_outside():
+    """The engine would throw a robot 1.5 m high."""
+    with game_of() as match:
+        robot = match.robots[0]
+        slot = int(match.pieces.spawn("Tube", np.array([[2.1, 1.0, 0.25]]))[0])
+        speeds = []
+        for _ in range(50):
+            match.tick()
+            speeds.append(math.hypot(*robot.chassis.vel))
+        assert max(speeds) < 0.01 and math.dist(robot.chassis.pos, (2.0, 1.0, 0.0)) < 1e-3
+        place = match.pieces.state.pos[slot].copy()
+        assert place[2] < 0.2 and math.dist(place[:2], (2.1, 1.0)) < 0.05, "on the carpet below the frame"
+        for speed, ticks in ((-1.5, 60), (1.5, 60)):
+            robot.drive.set_chassis_speeds(speed, 0.0, 0.0)
+            match.play(ticks * 0.02)
+            if speed < 0.0:
+                assert robot.chassis.pos[0] < 0.9
+                assert math.dist(match.pieces.state.pos[slot], place) < 0.01
+        assert match.pieces.state.pos[slot, 0] > 2.2, "the bumpers push the piece"
+
+
 def test_a_piece_does_not_count_in_a_full_place_or_misaligned_or_touching_a_robot():
     with game_of() as match:
         first, second = match.pieces.spawn("Tube", np.array([[6.0, 4.0, 0.86], [6.0, 4.0, 1.18]])).tolist()

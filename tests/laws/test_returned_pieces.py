@@ -78,7 +78,7 @@ def test_a_piece_never_returns_into_a_robot_or_a_post():
 
 
 def test_a_robot_is_never_placed_on_fuel():
-    """At the start of a match and when the robot changes alliance."""
+    """The robot is placed at the start of a match and again when it changes alliance."""
     supply = PieceSupply(FUEL, 60)
     with Match.bare(pieces=[supply], start=(3.0, 3.0, 0.3)) as match:
         grid = np.array([[12.6 + 0.16 * i, 4.6 + 0.16 * j, RADIUS] for i in range(7) for j in range(7)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -54,6 +55,25 @@ def test_odometry_follows_an_s_curve_when_no_wheel_slips():
         assert driven > 3.0
         assert math.dist(robot.odometry.pose[:2], (x, y)) < 0.02 * 6.0
         assert robot.odometry.pose[2] == pytest.approx(yaw, abs=1e-3)
+
+
+def test_odometry_tracks_the_robot_origin_where_the_center_of_mass_is_beside_the_origin():
+    """After half a turn on the spot, positions about the center of mass would put the origin 2 x 0.1 m away."""
+    center = (0.1, 0.0, 0.15)
+    config = RobotConfig(
+        drivetrain=replace(SWERVE, center_of_mass=center),
+        chassis=ChassisConfig(center_of_mass_height=center[2]),
+        gyro=gyro_config("ideal"),
+    )
+    with PhysicsWorld() as world:
+        robot = Robot(world, config, pose=(2.0, 2.0, 0.0), rng=np.random.default_rng(0))
+        for tick in range(125):
+            robot.drive.set_chassis_speeds(0.0, 0.0, min(1.5, 3.0 * tick * DT, max(0.0, 3.0 * (2.3 - tick * DT))))
+            advance(world, robot, 1)
+        x, y, yaw = robot.chassis.pose
+        assert abs(yaw) > 2.5
+        assert math.dist(robot.odometry.pose[:2], (x, y)) < 0.03
+        assert math.dist((x, y), (2.0, 2.0)) < 0.05
 
 
 def test_odometry_counts_the_turns_of_spinning_wheels():

@@ -140,7 +140,7 @@ def apart(a, b):
 
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_a_path_hardly_depends_on_the_step_length(name):
-    """At every tick of 5 s of rough commands, within 50 mm and 1.4 degrees of the path with steps of 0.1 ms.
+    """For 5 s of rough commands it stays within 50 mm and 1.4 degrees of the path with steps of 0.1 ms.
 
     Steps are 5 ms here and 1 ms in the loop, where first-order errors are a fifth.
     """
@@ -168,7 +168,7 @@ def test_a_constant_force_moves_a_robot_by_half_the_acceleration_times_time_squa
 @pytest.mark.parametrize("longest", [math.inf, 0.004])
 @pytest.mark.parametrize("heading", [0.0, 0.2, 0.5, 1.2])
 def test_a_robot_that_leans_on_a_wall_does_not_rattle(heading, longest):
-    """Driven into a wall with all its grip for 4 s; in the last second it moves by less than 1 mm and below 10 mm/s.
+    """After 3 s of driving into a wall with all its grip, it moves by less than 1 mm and below 10 mm/s.
 
     In a step the tires accelerate the robot to 0.1 m/s; bounces at this speed would never end. Nor do they begin when
     pieces need steps of 4 ms.

@@ -172,7 +172,7 @@ def test_consistently_wound_surfaces_keep_the_side_in_the_file(quietly):
 
 
 @pytest.mark.parametrize("symmetry", [ROTATE, MIRROR])
-def test_two_halves_that_agree_give_no_warning(quietly, symmetry):
+def test_two_field_halves_that_agree_give_no_warning(quietly, symmetry):
     groups = [funnel(), ramp(), panel()]
     field = quietly(*groups, *(flipped(group, symmetry) for group in groups), symmetry=symmetry)
     assert is_image(field, symmetry)
@@ -182,7 +182,7 @@ def test_two_halves_that_agree_give_no_warning(quietly, symmetry):
 
 @each("symmetry", [ROTATE, MIRROR])
 @each("upside_down", [False, True])
-def test_a_half_with_reversed_faces_is_corrected(load, symmetry, upside_down):
+def test_a_field_half_with_reversed_faces_is_corrected(load, symmetry, upside_down):
     """A ramp and a funnel face up on both halves, whichever half was wrong; upright panels follow the first half.
 
     Before, the red ramp grew 0.05 m up into an exit of 0.2 m, and balls of 0.15 m stuck there.
@@ -226,8 +226,8 @@ def test_groups_without_a_mirror_image_give_a_warning(load):
     assert len(said) == 1
 
 
-def test_halves_that_are_split_into_different_faces_agree(quietly):
-    """An L-shaped floor plate as two quads, and on the other half as two different quads."""
+def test_field_halves_that_are_split_into_different_faces_agree(quietly):
+    """An L-shaped floor plate is two quads on one half, and two different quads on the other."""
     outline = np.array([(1.0, 1, 1), (3, 1, 1), (3, 2, 1), (2, 2, 1), (2, 3, 1), (1, 3, 1), (1, 2, 1), (2, 1, 1)])
     one = ObjGroup("ledge", outline, ((0, 7, 1, 2, 3, 6), (6, 3, 4, 5)))
     two = ObjGroup("red_ledge", ROTATE.flip_points(outline), ((0, 7, 3, 4, 5, 6), (7, 1, 2, 3)))
@@ -235,7 +235,7 @@ def test_halves_that_are_split_into_different_faces_agree(quietly):
 
 
 def test_the_two_sides_of_a_wall_on_the_center_line_are_mirror_images(quietly):
-    """Two back-to-back sheets on the field's middle line, each with separate vertices."""
+    """The wall is two back-to-back sheets on the field's middle line, each with separate vertices."""
     square = np.array([(8.0, 3, 0), (8, 5, 0), (8, 5, 1), (8, 3, 1)])
     quietly(ObjGroup("divider_a", square, ((0, 1, 2, 3),)), ObjGroup("divider_b", square, ((3, 2, 1, 0),)))
 

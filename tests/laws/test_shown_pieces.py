@@ -21,7 +21,7 @@ def seen(pieces: GamePieceManager, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_exactly_the_pieces_on_the_field_are_published():
-    """At every tick of a fall, a chain of hits, and pieces that are taken and put back."""
+    """The test compares every tick of a fall, of a chain of hits, and of pieces that are taken and put back."""
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(BALL, 4), (CRATE, 2)], field_size=(16.0, 8.0))
         balls = pieces.spawn("Ball", np.array([[2.0 + 0.2 * k, 4.0, 0.1] for k in range(3)]))

@@ -172,7 +172,7 @@ def shoot_at_row(count: int, gap: float, speed: float, awake: bool):
 @pytest.mark.parametrize("speed", [0.3, 1.0, 4.0, 20.0, 40.0])
 @pytest.mark.parametrize("gap", [0.0, 0.0024, 0.05])
 def test_a_ball_meets_a_sleeping_row_as_if_it_were_awake(speed, gap):
-    """Within 5 mm plus 3 % of the distance: awake balls have settled into the carpet by half a millimeter.
+    """Places agree within 5 mm plus 3 % of the way: awake balls have settled into the carpet by half a millimeter.
 
     No ball passes another: the carpet holds the row with 1.7 N a ball, so at most 7.6 N at the middle of nine, which
     compress two balls by 3 mm. Touching balls hand on (1 + e) / 2 of their speed: of 4 m/s the last gets 0.13 m/s and
@@ -219,7 +219,7 @@ def test_a_robot_ploughs_through_sleeping_fuel_as_if_it_were_awake(speed):
     assert asleep == pytest.approx(all_awake, rel=0.02)
 
 
-def test_a_fast_robot_overlaps_no_sleeping_ball():
+def test_a_fast_robot_overlaps_sleeping_balls_by_less_than_30_mm():
     """Bumpers at 4 m/s through sleeping balls: the overlap stays below 30 mm."""
     from simcore.robot.chassis import ChassisSimulation
     from simcore.robot.chassis_config import ChassisConfig

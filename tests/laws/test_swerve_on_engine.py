@@ -92,7 +92,7 @@ def test_pushing_a_wall_stalls_the_motors_at_their_current_limit():
 
 
 @pytest.mark.parametrize(("treads", "expected"), [((1.2, 1.2), 0.0), ((1.2, 0.9), 0.5 * (1.2 - 0.9) * GRAVITY)])
-def test_a_pushing_match_is_won_by_grip(treads, expected):
+def test_the_robot_with_more_grip_wins_a_pushing_match(treads, expected):
     """Head-on at 12 V with all wheels slipping: a = (mu1 - mu2) g / 2 at equal masses; with equal treads none moves."""
     with PhysicsWorld() as world:
         a = robot(world, (0.0, 0.0, 0.0), name="a", module=replace(MODULE, wheel_cof=treads[0]))
@@ -159,7 +159,7 @@ def test_a_robot_hit_off_center_turns_as_angular_momentum_requires(offset):
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])
 def test_a_robot_driven_by_voltage_crosses_the_bump(speed):
-    """Wheels in the air spin up and odometry counts their turns; the gyro measures the slope; it lands upright."""
+    """Wheels in the air spin up and odometry counts their turns; the gyro measures slopes; the robot lands upright."""
     height, depth = inches(6.513), inches(44.4)
     slope = math.degrees(math.atan2(height, depth / 2))
     with PhysicsWorld() as world:

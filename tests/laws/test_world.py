@@ -88,7 +88,7 @@ class Element:
 
 
 def test_each_field_element_keeps_its_own_material():
-    """Two plates side by side; the restitution of one does not leak to the other."""
+    """Two plates lie side by side; the restitution of one does not affect the other."""
     plates = [
         Element("dead", Box((1.0, 1.0, 0.2)), (0.0, 0.0, 0.1), replace(WALL, restitution=0.0)),
         Element("live", Box((1.0, 1.0, 0.2)), (2.0, 0.0, 0.1), replace(WALL, restitution=0.9)),
@@ -115,7 +115,7 @@ def test_an_unmatched_drivable_pattern_lists_the_elements():
         world.add_field([plate], drivable=["blue_bmp_*"])
 
 
-def test_drivable_elements_have_friction_for_pieces_but_not_for_robots():
+def test_carpet_friction_slows_pieces_but_not_robot_bodies():
     """A robot's grip comes from its tires alone; the carpet slows a piece."""
     with PhysicsWorld(floor=CARPET) as world:
         robot = world.add_robot_body(
@@ -179,7 +179,7 @@ def memory_mb() -> float:
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="reads Linux's /proc")
-def test_closing_frees_the_engine():
+def test_closing_a_world_frees_its_memory():
     """A world takes about 30 MB; forty leaked worlds would take 1.2 GB."""
     for _ in range(5):
         Scene(0).world.close()

@@ -35,7 +35,7 @@ def test_zone_crossings_agree_with_fine_samples(kind, start, end):
 
 @pytest.mark.parametrize("kind", ZONES)
 @given(start=point, middle=point, end=point)
-def test_a_path_of_two_ticks_crosses_a_zone_if_either_tick_does(kind, start, middle, end):
+def test_the_ticks_of_a_path_are_tested_independently_for_zone_crossings(kind, start, middle, end):
     """Rows are independent; a point inside at the end of a tick crosses in that tick and in the next."""
     zone = ZONES[kind](0.0)
     a, b, c = np.array([start]), np.array([middle]), np.array([end])

@@ -63,7 +63,7 @@ def test_an_impulse_changes_linear_and_angular_momentum(plain):
     assert not stands.vel.any() and stands.impulse[:3] == pytest.approx(impulse), "the engine moves it after the call"
 
 
-def test_a_body_turns_about_its_center_of_mass_and_an_impulse_acts_from_the_start_of_a_step(plain):
+def test_a_body_turns_about_its_center_of_mass_and_an_impulse_precedes_the_drift(plain):
     body, _ = tumbling(plain)
     com, away = body.com.copy(), np.linalg.norm(body.pos - body.com)
     plain.drift(body, H)
@@ -76,8 +76,8 @@ def test_a_body_turns_about_its_center_of_mass_and_an_impulse_acts_from_the_star
     assert kicked[0].vel == pytest.approx(vel + np.array((3.0, 0.0, -1.0))) and kicked[0].rate[2] - body.rate[2] == 0.5
 
 
-def test_a_soft_contact_pushes_sticks_and_slips_by_mu_n_and_never_pulls(plain):
-    """N = k d - c v; along the surface a spring of k / 2 up to mu N. An initial overlap gives no force."""
+def test_a_soft_contact_sticks_up_to_mu_n_then_slips_and_never_pulls(plain):
+    """N = k d - c v; along the surface a spring of k / 2 acts up to mu N. An initial overlap exerts no force."""
     robot, springs = record(ROBOT), np.zeros((1, SPRINGS), SPRING).view(np.recarray)
     step = 0
 
@@ -122,7 +122,7 @@ def test_each_touched_element_is_recorded_once_until_the_list_is_full(plain):
     assert robot.press.tolist() == [1.0, 2.0, 3.0] and robot.twist.tolist() == [1.5, 0.0, -0.5]
 
 
-def test_the_shortest_path_out_of_a_box_is_through_its_nearest_face(plain):
+def test_the_gap_of_a_point_is_its_signed_distance_from_the_box(plain):
     model = SimpleNamespace(bottom=0.0, top=0.2, half_length=0.4, half_width=0.3, x=0.1, y=0.0)
     part = SimpleNamespace(model=model)
     third = 1.0 / math.sqrt(3.0)
@@ -147,7 +147,7 @@ def test_an_edge_is_clipped_at_the_faces_of_a_box(plain):
     assert plain._clip(-1.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, ends, 23) == 23, "no room for both ends"
 
 
-def test_several_contacts_of_a_point_have_the_load_weighted_mean_position_and_direction(plain):
+def test_contacts_at_a_point_are_averaged_with_their_loads_as_weights(plain):
     point = SimpleNamespace(load=0.0, normal=np.zeros(3), arm=np.zeros(3))
     plain._add_load(point, 30.0, 0.0, 0.0, 1.0, 0.2, 0.0, -0.1)
     plain._add_load(point, 10.0, 1.0, 0.0, 0.0, 0.4, 0.0, 0.1)

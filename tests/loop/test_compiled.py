@@ -1,4 +1,4 @@
-"""Cache of compiled functions: its place, its messages and its failures."""
+"""Cache of compiled functions: folder, messages and failures."""
 
 import os
 import subprocess
@@ -30,13 +30,34 @@ with Match(Game.bare(size=(5.8, 2.0)), robots=[RobotEntry(start=start) for start
 """
 
 
+_SWINGING = """
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.world.hanging import HangingBody, HangingConfig
+from simcore.world.shapes import Box
+from simcore.world.world import PhysicsWorld
+cage = HangingConfig(name="cage", shape=Box((0.2, 0.2, 0.6)), mass=7.0, pivot=(2.0, 2.0, 1.5), drop=1.1)
+plate = HangingConfig(name="plate", shape=Box((1.9, 1.6, 0.04)), mass=60.0, pivot=(5.0, 2.0, 0.16), drop=-0.03,
+                      hinge="y", spring=800.0, drivable=True)
+with PhysicsWorld() as world:
+    bodies = [HangingBody(world, config) for config in (cage, plate)]
+    robots = [ChassisSimulation(world, ChassisConfig(), pose=(0.0, y, 0.0)) for y in (0.0, 4.0)]
+    for robot, place, speed in zip(robots, ((1.4, 1.9, 0.1), (5.4, 2.1, 0.25)), ((2.0, 0.0, 0.0), (0.0, 0.0, -1.0))):
+        world.set_pose(robot.row, place)
+        world.set_velocity(robot.row, speed)
+    world.step(0.2)
+    print(world.has_engine, *[body.is_awake for body in bodies], [body.quat + body.rate for body in bodies])
+    print(world.bodies.records["pos"].tolist(), world.bodies.records["vel"].tolist())
+"""
+
+
 def run(program: str = _TICK, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-c", program], env={**os.environ, **environment}, capture_output=True, text=True, check=True
     )
 
 
-def test_compiled_code_is_cached_by_the_contents_of_its_sources():
+def test_compiled_code_is_cached_next_to_the_sources_or_in_the_users_cache_folder():
     folder = Path(compiled.__file__).parent
     assert compiled.cache_folder is not None and compiled.cache_folder.name.startswith("simcore-")
     assert compiled.cache_folder.parent in (folder / "__pycache__", compiled._user_caches() / "simcore")
@@ -53,12 +74,17 @@ def test_the_loop_code_also_runs_without_the_compiler():
     assert done.stdout.split() == ["None", "True"] and not done.stderr
 
 
-def test_touching_bumpers_give_equal_results_in_plain_python_to_the_last_bit():
+def test_touching_bumpers_give_bit_identical_results_with_and_without_compilation():
     plain, made = run(_BUMPERS, NUMBA_DISABLE_JIT="1").stdout, run(_BUMPERS).stdout
     assert plain == made and plain.startswith("True True")
 
 
-def test_unwritable_cache_folders_cause_no_error(monkeypatch, tmp_path):
+def test_swinging_bodies_give_bit_identical_results_with_and_without_compilation():
+    plain, made = run(_SWINGING, NUMBA_DISABLE_JIT="1").stdout, run(_SWINGING).stdout
+    assert plain == made and plain.startswith("False True True")
+
+
+def test_the_cache_uses_the_first_writable_folder_or_no_folder(monkeypatch, tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("not a folder")
     monkeypatch.setattr(compiled, "_HERE", blocked)
@@ -99,7 +125,7 @@ print(compiled.compiled(twice)(3.0), compiled.not_kept)
 
 
 def small(folder: Path) -> subprocess.CompletedProcess[str]:
-    """Compile a small function in a new process with its cache in a folder."""
+    """Run a small compiled function in a new process that keeps its cache in a folder."""
     script = folder / "small.py"
     if not script.exists():
         script.write_text(
@@ -121,7 +147,7 @@ def test_a_damaged_cache_file_is_compiled_again_with_a_one_sentence_message(kind
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="a device that is full")
-def test_a_full_disk_costs_the_cache_but_not_the_run(monkeypatch, tmp_path):
+def test_a_function_runs_although_a_full_disk_prevents_caching(monkeypatch, tmp_path):
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 

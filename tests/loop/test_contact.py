@@ -1,4 +1,4 @@
-"""Laws of contact, one by one, against closed forms."""
+"""Each contact law agrees with its closed form."""
 
 import math
 from itertools import pairwise
@@ -63,8 +63,8 @@ CURVES = {
 
 @pytest.mark.parametrize("curve", CURVES)
 @pytest.mark.parametrize("restitution", [0.0, 0.1, 0.2, 0.3, 0.31, 0.55, 0.8, 1.0])
-def test_a_contact_returns_the_square_of_its_restitution_for_any_force_curve(curve, restitution):
-    """Compressed by 60 mm and released fast, in 40,000 steps; the thinnest band has three steps."""
+def test_a_contact_returns_e_squared_of_its_energy_for_any_force_curve(curve, restitution):
+    """Foam is compressed by 60 mm and released fast, in 40,000 steps; the thinnest band has three steps."""
     foam, (loss, band) = CURVES[curve], foam_loss(restitution)
     inward = np.linspace(0.0, 0.06, 20_001)
     memory, last, work = 1.0, 0.0, [0.0, 0.0]
@@ -76,7 +76,7 @@ def test_a_contact_returns_the_square_of_its_restitution_for_any_force_curve(cur
     assert math.sqrt(-work[1] / work[0]) == pytest.approx(max(restitution, 0.0387), abs=0.005)
 
 
-def test_released_foam_pushes_with_the_returned_fraction_of_its_force():
+def test_released_foam_pushes_with_e_squared_of_its_force():
     """1 - c = e^2, which is never zero, so a pair of balls separates."""
     for restitution in (0.1, 0.3, 0.7, 1.0):
         assert 1.0 - foam_loss(restitution)[0] == pytest.approx(restitution**2)
@@ -120,7 +120,7 @@ def test_a_contact_with_little_restitution_needs_shorter_steps():
 
 
 def test_foam_resists_rolling_in_proportion_to_its_loss():
-    """3/16 (1 - e^2) a with a patch a = sqrt(R d): 0.97 mm for two fuel pressed by 2.2 N, the weight of one."""
+    """The lever arm is 3/16 (1 - e^2) a with a patch a = sqrt(R d): 0.97 mm for two fuel pressed by 2.2 N."""
     for spin in (0.1, 10.0):
         torque = spin * rolling_resistance(2.2, spin**2, 0.00086, 0.0375, 0.3)
         assert torque == pytest.approx(2.2 * 0.00097, rel=0.01)

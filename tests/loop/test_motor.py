@@ -1,4 +1,4 @@
-"""Motor behind current limits, gears and friction."""
+"""Motor with current limits, gears and friction."""
 
 import math
 
@@ -50,7 +50,7 @@ class TestSolution:
 
     @each(("a", "volts"), [(0.0, 12.0), (300.0, 3.0), (-300.0, -3.0), (-300.0, 6.0)])
     def test_the_supply_limit_holds_while_drawing_and_while_feeding_back(self, a, volts):
-        """At half of the unlimited power, with the shaft's equation satisfied at that current."""
+        """The limit is half of the unlimited power; the limited current also satisfies the shaft's equation."""
         m = self.M
         w, i, *_ = self.solve(0.7, a, volts)
         limit = 0.5 * abs((m.emf * w + i * m.resistance) * i)
@@ -98,7 +98,7 @@ class TestLaw:
 
     @each(("wanted", "emf"), [(12.0, 2.0), (3.0, 6.0), (-12.0, 1.0), (6.0, -3.0), (12.0, 11.5)])
     def test_the_torque_line_agrees_with_the_motor_current_at_its_speed(self, wanted, emf):
-        """The current of the line at the speed at which it was taken, times the torque per current."""
+        """At the speed at which the line was taken, its torque is the motor current times the torque per current."""
         w = emf / self.EMF
         *_, t0, t1 = torque_line(
             *(False, wanted, self.BUS, 0.0, w, self.STATOR, self.SUPPLY * self.BUS),
@@ -134,6 +134,6 @@ def test_the_end_weight_makes_a_step_with_back_emf_exact(z):
     assert (1.0 - z * (1.0 - weight)) / (1.0 + z * weight) == pytest.approx(math.exp(-z), rel=1e-9, abs=1e-12)
 
 
-def test_within_clamps_to_the_nearest_allowed_number():
+def test_the_function_within_clamps_a_value_to_the_nearest_allowed_number():
     assert [within(value, 2.0) for value in (-3.0, -2.0, 0.5, 2.5)] == [-2.0, -2.0, 0.5, 2.0]
     assert within(1e300, math.inf) == 1e300

@@ -1,4 +1,4 @@
-"""Loop of all robots: battery and motors agree on one voltage."""
+"""The loop solves for the bus voltage at which battery and motors balance."""
 
 import math
 

@@ -263,7 +263,7 @@ def test_the_inertia_must_be_positive(inertia):
         ShaftSim(gearbox(), inertia)
 
 
-def test_the_start_must_be_between_the_stops():
+def test_the_start_position_of_a_shaft_must_be_between_its_stops():
     with pytest.raises(ConfigError, match="stop"):
         ShaftSim(gearbox(), 1.0, lower_stop=0.0, upper_stop=1.0, position=2.0)
 

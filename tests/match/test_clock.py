@@ -29,7 +29,7 @@ def test_summed_ticks_change_the_phase_at_the_right_tick():
     assert names.index("teleop") == 1150
 
 
-def test_phases_have_their_start_times_and_the_match_its_remaining_time():
+def test_the_clock_reports_phase_starts_the_duration_and_the_remaining_time():
     assert [CLOCK.start(p.name) for p in CLOCK.phases] == [0.0, 20.0, 23.0]
     assert CLOCK.duration == 163.0
     assert (CLOCK.remaining(100.0), CLOCK.remaining(200.0)) == (63.0, 0.0)
@@ -65,7 +65,7 @@ def test_robots_may_move_except_in_pauses_and_after_the_end():
     assert enabled == [True, True, False, False, True, True, False]
 
 
-def test_a_driver_station_starts_and_stops_the_time():
+def test_a_driver_station_starts_and_stops_the_match_time():
     timer = MatchTimer(CLOCK)
     timer.follow_driver_station()
     assert after(timer, 50).time == 0.0 and not timer.is_enabled

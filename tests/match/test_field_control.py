@@ -1,4 +1,4 @@
-"""Refusals of the table of actions; effects of the actions are in tests/games/test_field_control.py."""
+"""Commands that the field control refuses; tests/games/test_field_control.py tests the effects of commands."""
 
 import pytest
 from each_case import each

@@ -65,7 +65,7 @@ def test_a_policy_and_a_person_act_at_most_once_per_action_period(match):
 
 
 def test_a_clumsy_human_player_takes_longer_and_throws_worse(match):
-    """Twice as clumsy: one ball a second, and errors twice as large."""
+    """A clumsiness of 2 halves the rate to one ball a second and doubles the errors."""
     feeders = match.rules.feeders
     feeders["red"] = Feeder(match, range(3, 6), clumsiness=2.0)
     match.play(0.9)
@@ -86,7 +86,7 @@ def test_a_lasting_action_continues_and_ends_by_itself(match):
 
 
 def refusal(match: Match, give, *arguments: object) -> str:
-    """Return the reason for which a command is refused in the next tick; check that it changes nothing."""
+    """Give a command and return the reason of its refusal; check that no person has taken over."""
     give(*arguments)
     match.control.before_tick()
     result = match.control.results[-1]
@@ -94,7 +94,7 @@ def refusal(match: Match, give, *arguments: object) -> str:
     return result.text
 
 
-def test_an_impossible_action_gives_the_reason_and_leaves_the_policy_in_charge(match):
+def test_a_refused_action_states_the_reason_and_the_policy_continues(match):
     ask = match.control.human_action
     for alliance, name, words in (
         ("blue", "Tip", "blue's human player cannot tip the table: the rules allow it in teleop"),

@@ -54,7 +54,7 @@ def test_an_intake_takes_nothing_while_its_roller_holds_a_placers_piece():
 
 
 @each(("held", "at_handover", "takes"), [((0,), True, False), ((), True, True), ((0,), False, True)])
-def test_a_placer_fed_by_a_storage_takes_no_piece_from_the_field(held, at_handover, takes):
+def test_a_placer_at_its_handover_takes_no_field_piece_while_the_storage_has_one(held, at_handover, takes):
     placer = Mock(takes=True, is_at_handover=at_handover, config=SimpleNamespace(kinds=()))
     placer.captured.return_value = np.array([True])
     flow, robot = flow_and_robot(held, placers=(placer,))

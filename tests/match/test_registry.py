@@ -99,7 +99,7 @@ GAME = replace(GAME, rules=Mine)
     assert 'mine/game.py", line 11, in after_tick' in said[1] and len(said) < 6
 
 
-def test_the_page_of_a_log_reports_its_broken_game(installed, capsys):
+def test_viewing_a_log_reports_that_its_game_does_not_load(installed, capsys):
     installed(OTHER)
     outputs = ["--log", "run.wpilog", "--page", "run.html"]
     assert main(["play", "mine", "--seconds", "0.1", *outputs]) == 0

@@ -76,7 +76,7 @@ def printed(report: RunReport, encoding: str, *, verbose: bool = False) -> str:
 
 
 def test_record_columns_change_only_with_events_and_show_the_last_second() -> None:
-    """Columns that were read before stay unchanged; a row has the event's number and place [mm]."""
+    """Columns that were read before stay unchanged; a row has the number and position [mm] of an event."""
     state = SimpleNamespace(pos=np.array([[1.0, 2.0, 0.1], [3.0, 4.5, 0.1]]))
     record = RunRecord(SimpleNamespace(state=state), [], 0.02)  # type: ignore[arg-type]
     record.note_taken_in(np.array([0]), 0)

@@ -1,4 +1,4 @@
-"""Draws of scatter: each spread separately, by its size, independent of the others."""
+"""Draws of scatter: each spread has its stated size and is independent of the other spreads."""
 
 import dataclasses
 import math
@@ -76,7 +76,7 @@ CHANGED = {
 
 
 @each("name", Scatter.names())
-def test_each_spread_changes_its_own_values_and_draws_the_same_whichever_other_spreads_are_on(name):
+def test_each_spread_changes_only_its_own_values_whichever_other_spreads_are_on(name):
     config = TANK if name == "drive_friction" else ROBOT
     none, alone, every = (drawn(scatter, config=config) for scatter in (Scatter.none(), only(name), Scatter()))
     wanted = tuple(f".{end}" for end in CHANGED.get(name, {name}))
@@ -168,7 +168,7 @@ def samples() -> dict[str, tuple[str, np.ndarray]]:
 
 
 def test_each_spread_has_its_stated_size():
-    """Means and mean squares of n samples, within 4 standard errors, which one number in 16,000 exceeds."""
+    """Means and mean squares of n samples are within 4 standard errors, which one number in 16,000 exceeds."""
     found = samples()
     assert set(found) == set(Scatter.names())
     for name, (kind, values) in found.items():
@@ -226,8 +226,8 @@ def test_a_robot_stands_at_the_scattered_pose_but_estimates_the_intended_pose():
         assert robot.chassis.pose == pytest.approx((2.0 + ahead, 2.0 + left, turn))
 
 
-def test_a_missed_start_pose_is_never_inside_a_wall():
-    """Next to the wall y = 0 with 2 mm of clearance, for 12 seeds."""
+def test_a_scattered_start_pose_is_never_inside_a_wall():
+    """With each of 12 seeds, the robot is meant to start 2 mm from the wall y = 0."""
     scatter = replace(Scatter.none(), start_position=0.03)
     moved = []
     with Match.bare(start=(4.0, 0.402, 0.0), scatter=scatter) as match:

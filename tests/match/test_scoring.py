@@ -18,7 +18,7 @@ def fall(tracker: ScoringTracker, time: float, *xs: float, up: bool = False):
     return tracker.update(time, np.arange(len(xs)) + 10, start, end)
 
 
-def test_pieces_that_fall_through_score_for_the_hubs_alliance():
+def test_pieces_that_fall_through_a_zone_score_for_the_alliance_of_the_zone():
     tracker = ScoringTracker([BLUE, RED])
     events = fall(tracker, 0.5, 0.5, 3.0, 5.5, 0.2)
     assert [(e.slot, e.zone, e.alliance, e.points, e.time) for e in events] == [
@@ -62,7 +62,7 @@ def test_two_zones_with_the_same_name_are_refused():
         ScoringTracker([BLUE, BLUE])
 
 
-def test_a_zone_takes_only_its_kinds_of_pieces():
+def test_a_zone_counts_only_pieces_of_its_configured_kinds():
     crates = ScoringZone(name="Dock", alliance="blue", zone=BLUE.zone, kinds=("Crate",))
     tracker = ScoringTracker([crates], kinds=["Ball"] * 11 + ["Crate"])
     assert [event.slot for event in fall(tracker, 0.0, 0.5, 0.6)] == [11]

@@ -1,4 +1,4 @@
-"""Actions of scripted robots: motion within limits, and timeouts that end."""
+"""Scripted actions keep a robot within its limits and end at their timeouts."""
 
 import math
 from types import SimpleNamespace
@@ -19,7 +19,7 @@ GEARBOX = GearboxConfig(motor=motor("Kraken X60"), gearing=50.0)
 
 
 class Ideal(SwerveDrive):
-    """Robot that follows commands at once, or is held by a wall if `stuck`."""
+    """Robot that follows commands at once or, if `stuck`, does not move."""
 
     def __init__(self, pose, stuck=False):
         self.pose, self.stuck, self.asked = list(pose), stuck, []
@@ -101,7 +101,7 @@ def test_a_finished_script_stops_the_robot_and_a_new_robot_restarts_it():
     assert not code.is_done
 
 
-def test_mechanisms_hold_their_positions_and_voltages():
+def test_mechanisms_keep_their_commanded_positions_and_voltages():
     arm, claw = ShaftSim(GEARBOX, 0.5), ShaftSim(GEARBOX, 0.01)
     robot = Ideal((2.0, 3.0, 0.0))
     robot.mechanisms = {"arm": arm, "claw": claw}

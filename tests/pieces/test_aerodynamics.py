@@ -18,7 +18,7 @@ def lift_acceleration(velocity, spin, factors):
 
 
 def test_the_drag_to_weight_ratio_of_fuel_equals_the_published_ratio():
-    """0.15, 0.24 and 0.34 of the weight at 8, 10 and 12 m/s."""
+    """Drag is 0.15, 0.24 and 0.34 of the weight at 8, 10 and 12 m/s."""
     k = air_factors(Aerodynamics(), radius=0.075, mass=0.215).drag
     speeds = np.array([8.0, 10.0, 12.0])
     drag = drag_acceleration(np.column_stack([speeds, 0 * speeds, 0 * speeds]), k)
@@ -43,7 +43,7 @@ def test_backspin_lifts_a_ball_and_sidespin_bends_its_path():
 
 
 @each("rate", [5.0, 60.0, 1000.0])
-def test_lift_is_rho_area_cl_speed_squared_over_two_m(rate):
+def test_the_lift_acceleration_is_rho_area_cl_speed_squared_over_two_m(rate):
     """With Cl = slope S / (1 + slope S / limit) at a spin ratio S = r omega / v."""
     factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
     lift = lift_acceleration((10.0, 0.0, 0.0), (0.0, -rate, 0.0), factors)
@@ -65,6 +65,6 @@ def test_invalid_coefficients_are_refused(change):
 
 
 @each(("radius", "mass"), [(-0.1, 1.0), (0.1, 0.0), (math.nan, 1.0), (0.1, -0.2)])
-def test_a_ball_needs_radius_and_mass(radius, mass):
+def test_a_ball_needs_a_positive_radius_and_mass(radius, mass):
     with pytest.raises(ConfigError):
         air_factors(Aerodynamics(), radius=radius, mass=mass)

@@ -75,7 +75,7 @@ def test_a_scoring_ball_clears_the_rim_at_the_front_and_back():
     assert not fly(shots([(0.0, 0.0, 5.0)])).goes_in.any()
 
 
-def test_clean_shots_and_full_flights_have_equal_verdicts():
+def test_ending_flights_early_does_not_change_which_shots_go_in_cleanly():
     """Shots that go in without touching the rim are the same whether or not other flights end early."""
     vel = [through(x, rise) for x in np.linspace(4.3, 5.7, 71) for rise in (2.0, 4.0)]
     all_of_them, some = fly(shots(vel), NET), fly(shots(vel), NET, clean=True)
@@ -109,7 +109,7 @@ def test_an_obstacle_in_front_of_the_opening_stops_a_shot():
     assert not found.goes_in[0] and found.by_rim[0] and not found.by_board[0]
 
 
-def test_a_zone_without_downward_accepts_rising_shots():
+def test_a_zone_with_downward_false_accepts_rising_shots():
     """A slot in a wall, open to the front: the parabola meets it rising at 45 degrees, with its apex a meter higher."""
     slot = ((1.0, -0.5, 1.2), (1.0, 0.5, 1.2), (1.0, 0.5, 1.8), (1.0, -0.5, 1.8))
     opening, inside = ShotOpening(corners=slot, approach=0.0), BoxZone((1.0, -0.5, 1.2), (1.5, 0.5, 2.5))

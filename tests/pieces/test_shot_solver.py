@@ -35,7 +35,7 @@ def test_a_given_speed_has_a_high_and_a_low_arc():
     assert (high.speed, low.speed) == pytest.approx((9.0, 9.0))
 
 
-def test_a_turning_robot_adds_the_velocity_of_its_muzzle():
+def test_the_muzzle_velocity_of_a_turning_robot_adds_to_the_shot():
     turning = solve_shot((0, 0, 0.5), (4, 0, 1.8), elevation=1.1, yaw_rate=3.0, muzzle_offset=(0.2, 0.1, 0.5))
     driving = solve_shot((0, 0, 0.5), (4, 0, 1.8), elevation=1.1, robot_velocity=(-0.3, 0.6, 0.0))
     assert astuple(turning) == pytest.approx(astuple(driving))
@@ -60,7 +60,7 @@ def test_the_error_for_an_impossible_shot_gives_the_reason(arguments, reason):
 
 
 def test_a_goal_open_to_the_front_accepts_rising_shots():
-    """From 1.2 m before of a slot at 2.05 m, at 58 degrees; the parabola gives v^2 = g x^2 / (2 cos^2 (x tan - h))."""
+    """1.14 m in front of a slot at 2.05 m, at 58 degrees; the parabola gives v^2 = g x^2 / (2 cos^2 (x tan - h))."""
     muzzle, slot, elevation = (1.37, 5.54, 0.45), (0.23, 5.54, 2.05), math.radians(58.0)
     with pytest.raises(NoShotError, match="rising"):
         solve_shot(muzzle, slot, elevation=elevation)
@@ -76,7 +76,7 @@ def test_a_shot_from_right_under_the_target_is_refused():
 
 
 @each("arguments", [{}, {"elevation": 1.0, "speed": 9.0}, {"elevation": 2.0}, {"speed": -1.0}])
-def test_ambiguous_arguments_are_refused(arguments):
+def test_missing_conflicting_or_out_of_range_arguments_are_refused(arguments):
     with pytest.raises(ConfigError):
         solve_shot((0, 0, 0.5), (4, 0, 1.8), **arguments)
 

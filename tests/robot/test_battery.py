@@ -9,7 +9,7 @@ from simcore.robot.battery import Battery, BatteryConfig
 
 
 def draw(battery: Battery, h: float, amps: float, at_voltage: float = math.nan) -> float:
-    """Draw a current for h [s] as the loop of robots does, computed at a voltage; return the battery's voltage [V]."""
+    """Draw for h [s] a current that was computed at a voltage; return the battery's voltage [V]."""
     loop_battery.draw(battery.records, 0, h, amps, at_voltage)
     battery.report()
     return battery.voltage
@@ -31,7 +31,7 @@ def test_a_load_drops_the_voltage_at_once_and_then_slowly():
     assert battery.voltage == pytest.approx(c.full_voltage, abs=1e-3)
 
 
-def test_the_charge_counts_ampere_hours():
+def test_the_charge_falls_by_the_ampere_hours_drawn_and_stays_in_range():
     battery = Battery(BatteryConfig(capacity_ah=10.0))
     for _ in range(3600):
         draw(battery, 1.0, 5.0)
@@ -69,10 +69,10 @@ def test_a_brownout_begins_below_6_75_volts_and_ends_above_7_5_volts():
 
 
 @each("h", [0.00125, 0.0025, 0.005])
-def test_motors_stop_and_restart_at_the_heartbeat_after_a_brownout_changes(h):
+def test_motors_stop_and_restart_at_the_heartbeat_after_a_brownout_starts_or_ends(h):
     """A load that returns with the motors is on for half the time at any step.
 
-    It is on until the next heartbeat and off until the following heartbeat. The tick of a brown-out reports it.
+    It is on until the next heartbeat and off until the following heartbeat. The tick of a brownout reports it.
     """
     battery = made()
     begun = []
@@ -92,7 +92,7 @@ def test_motors_stop_and_restart_at_the_heartbeat_after_a_brownout_changes(h):
     assert battery.tick_browned_out
 
 
-def test_a_dip_between_two_heartbeats_stops_nothing():
+def test_a_voltage_dip_between_two_heartbeats_stops_no_motor():
     """The battery is at 6 V for 12 ms and back above 7.5 V before the roboRIO's flag is read."""
     battery = made()
     assert not any(sag(battery, volts, 0.004) for volts in (12.0, 6.0, 6.0, 6.0, 7.6, 12.0))

@@ -1,4 +1,4 @@
-"""Chassis of a drivetrain."""
+"""Chassis derived from a drivetrain config."""
 
 import pytest
 
@@ -31,7 +31,7 @@ def test_a_tank_chassis_lists_the_wheels_of_the_left_side_first():
     assert chassis.wheel_positions == ((0.3, 0.3), (-0.3, 0.3), (0.3, -0.3), (-0.3, -0.3))
 
 
-def test_a_bay_opens_bumpers_and_frame_from_the_back():
+def test_a_bay_leaves_a_gap_in_the_bumpers_and_the_frame_at_the_back():
     """The bay, 0.5 m deep and 0.3 m wide in 0.8 x 0.8 m, contains no part; the other parts are unchanged."""
     whole, open_behind = ChassisConfig(), ChassisConfig(bay=(0.5, 0.3))
 

@@ -1,4 +1,4 @@
-"""Parts and pieces of all robots at once follow their chains of joints, exact to the last bit."""
+"""The poses of all parts and carried pieces equal those of each robot's joint chains to the last bit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Swerve modules and treads that are on the market."""
+"""Commercial swerve modules and treads."""
 
 import pytest
 

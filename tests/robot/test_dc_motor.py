@@ -50,20 +50,20 @@ def test_the_motor_constants_match_the_datasheet(name, torque, amps, rpm):
     assert (12.0 - m.free_speed / m.kv) / m.resistance == pytest.approx(m.free_current)
 
 
-def test_names_ignore_case_and_spaces_and_errors_suggest_a_name():
+def test_a_motor_name_matches_in_any_case_or_spacing_and_errors_suggest_a_name():
     assert motor("kraken-x60") is motor("Kraken X60")
     with pytest.raises(UnknownNameError, match="Kraken X60"):
         motor("Kraken X6")
 
 
 @each("wrong", [{"stall_current": math.inf}, {"stall_torque": 0.0}, {"nominal_voltage": 0.0}, {"free_current": 400.0}])
-def test_a_motor_without_resistance_is_refused(wrong):
+def test_a_motor_with_invalid_figures_is_refused(wrong):
     with pytest.raises(ConfigError):
         replace(motor("Kraken X60"), **wrong)
 
 
-def test_a_falcon_at_4_volts_has_the_torque_of_its_dynamometer():
-    """2.15 N m and 39 A from a 12 V supply; at 12 V, its 4.69 N m and 257 A (motors.vex.com)."""
+def test_a_falcon_has_the_stall_torque_and_current_of_the_vendors_dynamometer():
+    """At 4 V it has 2.15 N m and draws 39 A from a 12 V supply; at 12 V, 4.69 N m and 257 A (motors.vex.com)."""
     m = LimitedMotor.of(motor("Falcon 500"), gearing=1.0)
     for volts, torque, supply in ((4.0, 2.15, 39.0), (12.0, 4.69, 257.0)):
         at, resistance = line_in_force(volts, 12.0, 0.0, math.inf, m.resistance, m.winding)
@@ -80,7 +80,7 @@ def test_a_falcon_at_4_volts_has_the_torque_of_its_dynamometer():
     share=st.floats(0.0, 0.9),
 )
 def test_a_smaller_duty_cycle_never_draws_more_than_the_full_duty_cycle(volts, bus, emf, limit, share):
-    """The least of (V - e) / R_winding, (V_bus - e) / R and the limit while it drives; the first while it brakes."""
+    """Driving, a motor draws the least of (V - e) / R_winding, (V_bus - e) / R and the limit; braking, the first."""
     model = motor("Kraken X60")
     m = LimitedMotor.of(replace(model, supply_resistance=share * model.resistance), gearing=1.0)
     at, resistance = line_in_force(volts, bus, emf, limit, m.resistance, m.winding)

@@ -1,4 +1,4 @@
-"""Telemetry shows all robots at once as each robot reports itself."""
+"""The fleet view contains the values that each robot reports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Controllers that close the loop around mechanisms."""
+"""Velocity and position controllers of mechanisms."""
 
 import math
 
@@ -21,7 +21,7 @@ def test_the_feedforward_alone_reaches_the_goal():
     assert wheel.velocity == pytest.approx(300.0, rel=1e-6)
 
 
-def test_a_proportional_term_makes_a_flywheel_faster():
+def test_a_proportional_term_shortens_the_spin_up_of_a_flywheel():
     box = GearboxConfig(motor=motor("Kraken X60"), motors=4, gearing=24 / 36)
 
     def ticks(kp):
@@ -47,7 +47,7 @@ def test_an_arm_reaches_its_angle_and_stays():
     assert arm.position == pytest.approx(0.8, abs=1e-4)
 
 
-def test_the_volts_stay_within_the_limit():
+def test_controllers_limit_their_output_to_the_maximum_voltage():
     assert VelocityController(kv=1.0, max_volts=9.0).volts(-100.0, 0.0) == -9.0
     assert PositionController(kp=100.0, max_volts=9.0).volts(1.0, 0.0, 0.0, 5.0) == 9.0
 

@@ -73,13 +73,13 @@ class TestGyro:
         a, b = (self.run(GYROS["pigeon2"], 5, seconds=0.2, rate=1.0)[0] for _ in range(2))
         assert a.yaw == b.yaw
 
-    def test_set_yaw_moves_only_the_reading(self):
+    def test_set_yaw_changes_only_the_reading(self):
         gyro, _ = self.run(gyro_config("ideal"), 1, seconds=0.1, rate=1.0)
         gyro.set_yaw(2.0)
         gyro.step(0.02, 0.12, 0.0, 0.0, (0.0, 0.0, 1.0))
         assert gyro.yaw == pytest.approx(2.02)
 
-    def test_invalid_values_are_refused(self):
+    def test_invalid_gyro_values_are_refused(self):
         gyro = Gyro(GyroConfig(), np.random.default_rng(0))
         with pytest.raises(NonFiniteError, match="gyro"):
             gyro.step(0.02, math.nan, 0.0, 0.0, (0.0, 0.0, 0.0))

@@ -46,7 +46,7 @@ def scattered(seed: int, count: int, half: float) -> list[tuple[float, float]]:
 
 
 def run(made: Hopper, ticks: int, *, belt: float = 0.0, pull=DOWN, spin=NONE, gate: bool = True) -> list[int]:
-    """Return the ticks in which balls left."""
+    """Advance the hopper, take balls at the outlet if the gate is open, and return the ticks in which balls left."""
     left = []
     for tick in range(ticks):
         made.advance(pull, spin, NONE, belt)
@@ -139,7 +139,7 @@ def test_two_intakes_share_the_space_at_an_inlet():
 
 @each(("pull", "side"), [((-4.0, 0.0), (0, -1)), ((4.0, 0.0), (0, 1)), ((0.0, 4.0), (1, 1))])
 def test_pieces_move_against_the_acceleration_of_the_robot(pull, side):
-    """In a robot that accelerates forward, they move to the rear; on a stopped belt, they roll."""
+    """Pieces move to the rear of a robot that accelerates forward; on a stopped belt, pieces roll."""
     made = hopper(scattered(2, 6, 0.305), belt="belt", outlet_width=0.1)
     before = made.pos.mean(axis=0)
     run(made, 75, pull=(*pull, -GRAVITY))
@@ -165,7 +165,7 @@ def test_a_frictionless_ball_accelerates_down_a_slope_by_the_textbook_formula():
 
 
 def test_a_frictionless_ball_in_a_spinning_robot_moves_straight_in_the_field_frame():
-    """From rest in the robot at r it goes at omega r along the tangent; the robot turns by omega t meanwhile."""
+    """A ball at rest in the robot at r leaves at omega r along the tangent while the robot turns by omega t."""
     spin, start, ticks = 3.0, 0.1, 20
     made = hopper([(start, 0.0)], friction=0.0, outlet_width=0.01)
     for _ in range(ticks):
@@ -195,9 +195,9 @@ def test_hoppers_with_a_sloping_floor_or_a_bottom_outlet_need_no_belt():
 
 @each(("width", "least", "most"), [(1.2, 6, 11), (1.5, 4, 9), (1.9, 1, 3), (2.2, 0, 0), (3.0, 0, 0)])
 def test_narrow_outlets_jam_sometimes_and_wide_outlets_never_do(width, least, most):
-    """Four balls in a channel of 2.7 diameters, from many initial places: the narrower the outlet, the more jams.
+    """Four balls start at many places in a channel of 2.7 diameters: the narrower the outlet, the more jams.
 
-    Each run takes as long as a few balls need that roll on the belt while an edge stops them.
+    A run is long enough for balls that an edge holds back while they roll on the belt.
     """
     jams = []
     for seed in range(12):

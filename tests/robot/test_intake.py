@@ -41,7 +41,7 @@ def mechanism(position=0.0, velocity=0.0, stops=(0.0, 10.0)):
     return SimpleNamespace(position=position, velocity=velocity, stops=stops)
 
 
-def test_an_intake_takes_pieces_while_deployed_with_its_roller_turning():
+def test_an_intake_takes_pieces_while_deployed_with_its_roller_turning_inward():
     roller, slide = mechanism(), mechanism()
     config = IntakeConfig(zone=ZONE, roller="roller", deploy="slide")
     intake = Intake(config, {"roller": roller, "slide": slide})
@@ -104,7 +104,7 @@ def test_a_piece_at_nan_is_never_taken():
 
 
 @each("change", [{"x_min": 0.0}, {"y_max": math.nan}, {"z_max": -0.2}, {"z_min": math.inf}])
-def test_invalid_boxes_are_refused(change):
+def test_an_invalid_intake_zone_is_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))[0]):
         IntakeZone(**{**REAR, **change})
 

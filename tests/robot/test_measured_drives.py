@@ -1,4 +1,4 @@
-"""Figures of a drivetrain that a log gives and its config holds: free speed, sides, and keys of simcore.toml."""
+"""Measured figures of a drivetrain in its config and in simcore.toml: free speed, friction and efficiency."""
 
 import math
 

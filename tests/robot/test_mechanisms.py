@@ -1,4 +1,4 @@
-"""Flywheel, roller, arm, elevator and rack: what they add to the shaft."""
+"""Arm, elevator, rack, piston, servo and their friction agree with closed forms."""
 
 import itertools
 import math
@@ -131,7 +131,7 @@ def test_a_rack_extends_and_retracts_between_its_stops():
         (rack, {"start_extension": 1.0}),
     ],
 )
-def test_invalid_configs_are_refused(make, change):
+def test_invalid_mechanism_configs_are_refused(make, change):
     with pytest.raises(ConfigError, match=next(iter(change))):
         make(**change)
 
@@ -265,7 +265,7 @@ def test_without_power_a_single_valve_returns_by_its_spring_and_a_double_valve_s
     assert after_power_loss(is_double=True) == STROKE
 
 
-def test_a_double_piston_stays_at_its_start_position():
+def test_a_piston_with_a_double_valve_stays_at_its_start_position_without_a_command():
     for start, where in ((False, 0.0), (True, STROKE)):
         piston = PistonSim(PistonConfig(stroke=STROKE, stroke_time=TIME, is_double=True, starts_extended=start))
         piston.step(1.0)
@@ -339,7 +339,7 @@ def test_a_stalled_falcon_at_4_volts_has_the_torque_measured_by_its_vendor():
 def test_a_mechanism_and_a_drivetrain_use_the_same_motor_model(name, volts, share):
     """I = (V - e) / R behind the controller, or (V_bus - e) / R of the whole circuit where its duty is full.
 
-    Both over the whole range, at a share of the free speed; they agree to within the inertia's effect in 1 ms.
+    Both motors turn at a share of the free speed; their currents agree within the effect of inertia in 1 ms.
     """
     model = motor(name)
     shaft = ShaftSim(GearboxConfig(motor=model, gearing=6.0), inertia=1000.0)

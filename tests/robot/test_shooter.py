@@ -1,4 +1,4 @@
-"""Speed, spin and direction of shots, as wheels, hood and turret give them."""
+"""Speed, spin, direction and timing of shots from wheels, hood, turret and gate."""
 
 import math
 from types import SimpleNamespace
@@ -66,7 +66,7 @@ def test_a_faster_left_wheel_spins_a_piece_clockwise_about_its_upright_axis():
     assert np.dot(piece.rate, piece.vel) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_each_feeder_turns_in_its_own_direction():
+def test_the_gate_is_open_while_every_feeder_turns_in_its_configured_direction():
     made, parts = shooter(gate=("feeder", "hood"), gate_reversed=("hood",))
     parts["lower"].velocity = parts["upper"].velocity = 300.0
     for feeder, kicker, is_open in ((20.0, -20.0, True), (20.0, 20.0, False), (-20.0, -20.0, False)):
@@ -93,7 +93,7 @@ def test_the_turret_turns_the_muzzle_the_velocity_and_the_spin():
     assert piece.rate[0] > 0.0 and piece.rate[1:] == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def test_a_shot_within_a_tick_has_the_aim_of_its_instant():
+def test_a_shot_within_a_tick_has_the_aim_at_the_time_of_its_release():
     """Wheels, hood and turret move evenly within the tick; at a rate of 80, the second shot leaves after 5/8 of it."""
     made, parts = shooter(shot_rate=80.0, hood="hood", turret="turret")
     parts["lower"].velocity = parts["upper"].velocity = 200.0
@@ -112,8 +112,8 @@ def test_a_shot_within_a_tick_has_the_aim_of_its_instant():
     assert third.aim == made.aim, "without a beginning of the tick: as it is now"
 
 
-def test_the_muzzle_points_in_the_direction_of_the_shot():
-    """The piece's x axis is that direction: a piece that lies along x in the storage leaves along the muzzle."""
+def test_the_x_axis_of_a_released_piece_points_along_its_velocity():
+    """A piece that lies along x in the storage leaves along the muzzle."""
     made, parts = shooter(turret="turret", elevation=0.7)
     parts["lower"].velocity = parts["upper"].velocity = 300.0
     parts["turret"].position = 0.4
@@ -155,7 +155,7 @@ def test_no_shot_leaves_before_the_gate_has_opened():
     assert launch.aim.speed == pytest.approx(114.0 * 0.05 * 0.9)
 
 
-def test_a_ball_that_rolls_along_a_fixed_hood_takes_seven_tenths_of_its_momentum_from_the_wheel():
+def test_a_ball_on_a_fixed_hood_takes_seven_tenths_of_its_momentum_from_the_wheel():
     """Moments about the line where the ball touches the hood: 2 r J = (0.4 + 1) m r^2 w with w r = v."""
     made, parts = shooter(wheels=("lower",), exit_efficiency=0.5)
     parts["lower"].velocity = 300.0
@@ -293,13 +293,13 @@ def firing_shooter(launch=SINGLE, rate=8.0):
 
 
 @each("rate", [1.0, 7.77, 49.9, 130.0])
-def test_the_mean_rate_is_exact_over_1000_seconds(rate):
+def test_the_mean_shot_rate_is_exact_over_1000_seconds(rate):
     made, _ = firing_shooter(rate=rate)
     shots = sum(len(made.update(held=1000)) for _ in range(50_000))
     assert shots == math.ceil(round(1000.0 * rate, 6))
 
 
-def test_shots_are_a_period_apart_even_inside_the_ticks():
+def test_shots_are_exactly_one_period_apart_even_within_ticks():
     made, _ = firing_shooter(rate=8.0)
     times = [tick * 0.02 + launch.delay for tick in range(500) for launch in made.update(held=9)]
     assert times == pytest.approx([0.125 * n for n in range(len(times))], abs=1e-9)
@@ -357,7 +357,7 @@ def test_an_empty_robot_accumulates_no_shots():
     assert [len(made.update(held=10)) for _ in range(7)] == [1, 0, 0, 0, 0, 0, 1]
 
 
-def test_wheels_that_hardly_turn_keep_the_piece():
+def test_a_shooter_does_not_fire_until_its_wheels_turn_fast_enough():
     made, parts = firing_shooter()
     parts["wheel"].velocity = 19.0
     assert made.gate_open and made.update(held=10) == []

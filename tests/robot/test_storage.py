@@ -27,8 +27,8 @@ def test_positions_are_inside_the_storage_and_do_not_overlap_while_there_is_room
     assert (apart.min() >= 2.0 * radius - 1e-9) == (count <= config.balls_that_fit(radius))
 
 
-def test_balls_lie_in_the_hollows_of_one_another():
-    """4 x 4, 3 x 3 and 4 x 4 of diameter d in a cube of 4 d: with a layer every d / sqrt(2), five layers fit."""
+def test_balls_lie_in_the_hollows_of_the_layer_below():
+    """Layers of 4 x 4 and 3 x 3 balls of diameter d alternate: one every d / sqrt(2), so five fit in a cube of 4 d."""
     room = StorageConfig(capacity=66, low=(-0.2, -0.2, 0.0), high=(0.2, 0.2, 0.4))
     assert room.balls_that_fit(0.05) == 3 * 16 + 2 * 9
     heights = sorted({room.position(number, 0.05)[2] for number in range(66)})

@@ -267,7 +267,7 @@ def test_the_reported_forces_equal_the_change_of_momentum():
 
 
 def test_a_robot_that_coasts_in_a_circle_loses_the_same_speed_for_any_step():
-    """Between 1 and 10 % of its speed in 2 s, by lateral slip: forces act in the axes of the middle of a step."""
+    """Lateral slip takes 1 to 10 % of its speed in 2 s: forces act in the axes of the middle of a step."""
     module = replace(MODULE, drive_brake=False, drive_friction_volts=0.0, rolling_resistance=0.0)
     speeds = []
     for h in (0.005, STEP, 1e-4):
@@ -284,7 +284,7 @@ def test_a_robot_that_coasts_in_a_circle_loses_the_same_speed_for_any_step():
 
 class TestTank:
     @each("volts", [4.0, 8.0, -4.0])
-    def test_a_tank_drive_with_a_dropped_center_turns_on_the_spot_at_the_speed_of_its_treads(self, volts):
+    def test_a_dropped_center_tank_drive_turns_on_the_spot_at_the_speed_of_its_treads(self, volts):
         """The middle wheels are at its center and do not scrub: omega = tread speed over half the track width."""
         drive = TankDrive(TankConfig())
         robot = DriveBench(drive)
@@ -295,7 +295,7 @@ class TestTank:
         assert robot.speed < 0.05
 
     @pytest.mark.parametrize("turn", [1.0, -1.0])
-    def test_a_tank_drive_with_a_dropped_center_drives_curves(self, turn):
+    def test_a_dropped_center_tank_drive_follows_commanded_curves(self, turn):
         """At 2 m/s it is commanded to turn at 1 rad/s, for which treads without scrub differ by 0.56 m/s."""
         drive = TankDrive(TankConfig())
         robot = DriveBench(drive)
@@ -314,7 +314,7 @@ class TestTank:
         # The wheels are faster than the robot's turn: they scrub.
         assert drive.wheel_speeds()[-1] >= robot.omega * 0.28 * 0.95
 
-    def test_a_tank_drive_does_not_slide_sideways(self):
+    def test_a_tank_drive_that_slides_sideways_decelerates_by_g(self):
         robot = DriveBench(TankDrive(TankConfig()))
         robot.reset(vy=2.0)
         robot.step(0.005)
@@ -359,7 +359,7 @@ def test_a_tank_drive_can_start_with_rolling_sides():
     assert drive.wheel_distances() == [0.0] * 6
 
 
-def test_readings_are_the_same_for_swerve_and_tank_drives():
+def test_swerve_and_tank_drives_provide_the_same_kinds_of_readings():
     swerve, tank = drive_of(), TankDrive(TankConfig())
     swerve.set_volts([6.0] * 4, [0.0] * 4)
     tank.set_volts(6.0, 3.0)

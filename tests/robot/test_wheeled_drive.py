@@ -30,7 +30,7 @@ def test_the_loads_at_rest_follow_the_center_of_mass():
 
 
 @each(("ahead", "end"), [(0.0, 0.0), (0.07, 0.25), (-0.07, 0.25)])
-def test_a_dropped_center_and_the_end_that_it_leans_on_carry_all_of_the_load(ahead, end):
+def test_the_middle_wheels_and_the_end_toward_the_center_of_mass_carry_all_the_load(ahead, end):
     """The share of an end is the center of mass's distance ahead over the distance to that end, 0.28 m."""
     tank = replace(TankConfig(), center_of_mass=(ahead, 0.0, 0.2))
     loads = static_loads(tank)
@@ -68,7 +68,7 @@ def tank(config: TankConfig | None = None) -> TankDrive:
 
 @pytest.mark.parametrize("make", [swerve, tank])
 def test_a_robot_with_a_changed_mass_moves_like_a_robot_built_with_it(make):
-    """Force over mass, torque over inertia, and lever arms and loads from the center of mass."""
+    """The test compares paths, which depend on mass, inertia, lever arms and wheel loads."""
     told = make()
     told.set_mass_properties(*HEAVIER)
     mass, yaw_inertia, center = HEAVIER
@@ -146,7 +146,7 @@ def test_a_sliding_tire_brakes_with_the_opposite_point_of_its_friction_ellipse(a
     steer=st.tuples(*[st.floats(-12.0, 12.0)] * 4),
     velocity=st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0), st.floats(-8.0, 8.0)),
 )
-def test_no_force_exceeds_its_friction_ellipse(grain, volts, steer, velocity):
+def test_no_tire_force_exceeds_its_friction_ellipse(grain, volts, steer, velocity):
     drive = SwerveDrive(SwerveConfig.square(0.527, replace(GRAINED, wheel_grain=grain)))
     drive.set_volts(volts, steer)
     for _ in range(4):

@@ -6,7 +6,7 @@ from simcore.robot_file.robot_settings import RobotSettings
 
 @pytest.fixture
 def read(tmp_path):
-    """Return a reader of texts of a simcore.toml."""
+    """Return a function that reads the text of a simcore.toml and returns its settings."""
 
     def read(text: str) -> RobotSettings:
         path = tmp_path / "simcore.toml"

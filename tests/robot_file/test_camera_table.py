@@ -1,4 +1,4 @@
-"""Table `[[camera]]` of any maker: its values are read, and a mistake is named."""
+"""Table `[[camera]]` of every maker: values are read, and errors name the mistake."""
 
 import math
 

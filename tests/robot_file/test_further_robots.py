@@ -30,7 +30,7 @@ NUMBER = 3
 
 @pytest.fixture
 def play(read, tmp_path):
-    """Return a function that builds a match of a file on its game, without a driver station, and plays it."""
+    """Return a function that builds the practice match of a robot file and plays it for some seconds."""
     matches = []
 
     def play(text, seconds=0.0):

@@ -43,7 +43,7 @@ def project(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("every", [False, True])
 @pytest.mark.parametrize("motors", [[], MOTORS])
-def test_the_written_file_is_read_as_the_defaults_and_the_motors_found(tmp_path, motors, every):
+def test_the_file_that_init_writes_is_read_as_defaults_plus_the_found_motors(tmp_path, motors, every):
     path = tmp_path / "simcore.toml"
     path.write_text(template({"motors": motors, "cameras": CAMERAS}, every=every))
     settings = read_settings(path)
@@ -51,7 +51,7 @@ def test_the_written_file_is_read_as_the_defaults_and_the_motors_found(tmp_path,
     assert replace(settings, mechanisms=(), given=frozenset()) == RobotSettings()
 
 
-def test_the_file_is_short_and_has_only_active_keys():
+def test_the_file_that_init_writes_is_short_and_has_only_active_keys():
     rows = [("kind", "swerve", ""), *((f"drive{k}", k, "") for k in range(19))]
     text = template({"motors": NAMED, "cameras": CAMERAS, "drivetrain": {"rows": rows}})
     assert len(text.splitlines()) < 110 and not re.search(r"^# ?(\[|\w+ = )", text, re.MULTILINE)
@@ -73,7 +73,7 @@ def test_the_keys_page_is_generated_from_the_tables():
     assert (root / "docs" / "simcore_toml.md").read_text(encoding="utf-8") == page.text()
 
 
-def test_a_motor_that_was_found_becomes_a_mechanism_with_its_guess(tmp_path):
+def test_a_found_motor_becomes_a_mechanism_with_its_measured_gearing_and_inertia(tmp_path):
     path = tmp_path / "simcore.toml"
     text = template({"motors": MOTORS})
     path.write_text(text)
@@ -144,14 +144,14 @@ def test_a_timeout_of_the_program_keeps_the_written_drivetrain_table(project, ca
 
 
 @pytest.mark.parametrize(("keys", "shown"), [([], 0), (["real", "serial_number"], 2)])
-def test_keys_that_satisfy_a_check_in_the_program_are_written_as_comments(tmp_path, keys, shown):
+def test_keys_for_is_real_and_serial_number_calls_in_the_program_are_commented_out(tmp_path, keys, shown):
     path = tmp_path / "simcore.toml"
     path.write_text(template({"answering_keys": keys}))
     assert len(re.findall(r"^# (?:real = false|serial_number = ).*", path.read_text(), re.MULTILINE)) == shown
     assert replace(read_settings(path), given=frozenset()) == RobotSettings()
 
 
-def test_init_writes_the_file(project, capsys):
+def test_init_writes_a_short_file_and_with_all_a_long_file(project, capsys):
     assert main(["init", "--no-look"]) == 0
     assert "python -m robotpy sim --simcore" in capsys.readouterr().out
     short = (project / "simcore.toml").read_text()
@@ -190,7 +190,7 @@ def test_init_needs_a_robot_py(tmp_path, capsys):
     assert f"no robot.py in {tmp_path}" in capsys.readouterr().err
 
 
-def test_init_reports_why_it_could_not_write_the_file(project, capsys, monkeypatch):
+def test_init_reports_that_the_file_cannot_be_written(project, capsys, monkeypatch):
     (project / "simcore.toml").mkdir()
     assert main(["init", "--no-look", "--force"]) == 1
     assert "simcore init: cannot write" in capsys.readouterr().err
@@ -269,7 +269,7 @@ def test_a_workflow_installs_the_packages_of_the_project_and_runs_its_tests(repo
     assert main([*words, "--force"]) == 0 and "-r requirements.txt" in path.read_text()
 
 
-def test_an_invalid_workflow_is_refused(repository, capsys, monkeypatch):
+def test_init_refuses_a_workflow_without_a_reachable_source_or_a_git_repository(repository, capsys, monkeypatch):
     monkeypatch.setattr("simcore.robot_file.init_command.shared_requirement", lambda *extras, source: source)
     assert main(["init", "--ci", "2026 robot"]) == 1
     assert (

@@ -70,7 +70,7 @@ FILE = {
     "scatter": {},
     "autos": {"left": {"start": [1.0, 1.0, 0.0]}},
 }  # fmt: skip
-"""A file with every table, and with the keys that others need."""
+"""File with every table and with the keys that other keys need."""
 
 
 def text(file) -> str:
@@ -95,7 +95,7 @@ def _rows(table) -> list[str]:
 
 
 def cases():
-    """Yield the place of each table in FILE with each of the table's keys."""
+    """Yield the path of each table in FILE with each key of the table."""
     for place, table in {
         (): TOP, ("robot",): ROBOT, ("start",): START, ("scatter",): SCATTER, ("drivetrain",): DRIVETRAIN,
         ("autos", "left"): AUTOS, ("storage", 0): STORAGE, ("intake", 0): INTAKE, ("shooter", 0): SHOOTER,
@@ -143,7 +143,7 @@ def test_every_key_changes_the_settings_or_is_named_in_an_error(read):
 
 
 def _objection(read, whole, place, key: Key) -> str:
-    """Return why no other value of a key has an effect or is refused by the key's name; empty if one does or is."""
+    """Return an objection if no other value of the key changes the settings or is refused by name, else ''."""
     here = FILE
     for step in place:
         here = here[step]
@@ -166,7 +166,7 @@ def _objection(read, whole, place, key: Key) -> str:
 
 
 def changed(tree, place, name, value):
-    """Return a file with another value at one place."""
+    """Return a copy of a file with another value of one key."""
     if not place:
         return {**tree, name: value}
     first, *rest = place
@@ -221,7 +221,7 @@ def test_a_dimension_that_the_model_does_not_have_is_refused(read, key):
             settings.require_effect(config)
 
 
-def test_dimensions_that_the_model_has_take_effect(read):
+def test_matching_dimensions_are_accepted_and_inapplicable_ones_are_refused(read):
     text = "[drivetrain]\ndrive_gearing = 5.0\nwheel_diameter = 0.1\ndrive_motor = 'NEO'\nyaw_inertia = 4.0\n"
     module = replace(SWERVE.modules[0], drive_gearing=5.0, wheel_radius=0.05, drive_motor=motor("NEO"))
     read(text).require_effect(replace(SWERVE, modules=(module,) * 3, yaw_inertia=4.0))

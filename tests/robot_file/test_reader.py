@@ -77,7 +77,7 @@ def test_the_bumpers_surround_the_wheels_unless_the_file_gives_the_bumper_size(r
     assert open_behind.robot_config(SwerveConfig.square(0.55, SwerveModuleConfig(x=0.0, y=0.0))).body.bay == (0.5, 0.3)
 
 
-def test_a_robot_has_the_number_and_the_model_in_the_file(read, tmp_path):
+def test_a_robot_has_the_team_number_and_the_model_folder_in_the_file(read, tmp_path):
     with pytest.raises(
         ConfigError, match=r"\[robot\]: models must be a folder with a Robot_\.\.\. in it, but .*assets"
     ):
@@ -266,7 +266,7 @@ def test_the_robot_config_has_the_values_in_the_file(read):
         ("[[camera]]\nname = 'a'\nx=0\ny=0\nz=0", "[[camera]] 'a': type is missing; it must be one of LL3, LL3A, LL3G"),
     ],
 )
-def test_the_error_names_the_table_and_the_key_of_a_mistake(read, text, said):
+def test_the_error_for_each_mistake_in_the_file_names_the_table_and_the_key(read, text, said):
     with pytest.raises(ConfigError) as error:
         read(text)
     assert said in str(error.value)
@@ -320,7 +320,7 @@ lean_deg = 30
 
 
 def test_an_arm_on_an_elevator_carries_a_claw(read):
-    """Half a meter up an elevator that leans 30 degrees forward, with the arm straight down at the back."""
+    """The elevator leans 30 degrees forward and is half a meter up; the arm hangs straight down at the back."""
     robot = read(
         ROLLER
         + LIFT
@@ -425,7 +425,7 @@ def test_a_file_that_is_not_text_is_refused(tmp_path):
         read_settings(path)
 
 
-def test_friction_comes_from_the_file_or_from_a_ks_or_from_a_default_of_kind_and_motor(tmp_path):
+def test_friction_comes_from_the_file_a_ks_or_a_default_of_kind_and_motor(tmp_path):
     path = tmp_path / "simcore.toml"
     path.write_text(WHEELS + ROLLER + ARM.replace("gearing = 50.0", "gearing = 50.0\nfriction_volts = 0.4"))
     robot = read_settings(path)
@@ -534,7 +534,7 @@ def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
 
 
 def test_friction_values_in_the_file_apply_to_any_drivetrain(read):
-    """They apply even to a drivetrain from CTRE's constants, in which frictions are placeholders."""
+    """The values apply even to a drivetrain from CTRE's constants, whose friction values are placeholders."""
     robot = read(
         "[robot]\ntread = 1.8\nwheel_grain = 0.73\ndrive_friction_volts = 0.4\nsteer_friction_volts = 0.3\n"
         "bumper_friction = 0.5\n"

@@ -84,13 +84,13 @@ def test_without_a_game_only_the_robot_is_checked():
     assert found(with_intake(z_max=0.05), game=None) == []
 
 
-def test_a_piece_leaves_at_the_free_speed_of_the_rims_times_the_efficiency():
+def test_the_top_exit_speed_is_rim_speed_at_motor_free_speed_times_efficiency():
     speed = ROBOT.mechanisms["shooter"].gearbox.free_speed(12.0) * 0.05 * 0.49
     assert top_exit_speed(ROBOT.shooters[0], ROBOT) == pytest.approx(speed)
     assert elevations(ROBOT.shooters[0], ROBOT) == pytest.approx((math.radians(45.0), math.radians(90.0)))
 
 
-def test_a_different_gearing_and_an_endless_spin_up_are_reported():
+def test_a_gearing_mismatch_and_an_implausibly_slow_spin_up_are_reported():
     rack = ROBOT.mechanisms["intake_deploy"]
 
     def said(config=rack, **code):
@@ -178,7 +178,7 @@ def test_a_soft_limit_stops_a_mechanism_before_its_hard_stop():
 
 
 def test_a_reading_that_counts_against_the_motion_of_its_mechanism_is_reported():
-    """An arm starts at its upper stop, and the code counts up as it goes down."""
+    """An arm starts at its upper stop, and the code counts up as the arm goes down."""
     arm = ArmConfig(
         gearbox=gearbox(20.0), inertia=0.05, min_angle=0.0, max_angle=0.5 * math.pi, start_angle=0.5 * math.pi
     )
@@ -199,7 +199,7 @@ def test_a_reading_that_counts_against_the_motion_of_its_mechanism_is_reported()
     assert said(turned=True, lower_limit=0.0, upper_limit=0.25) == []
 
 
-def test_an_arm_that_is_too_heavy_has_a_holding_share_above_one():
+def test_the_holding_share_is_the_weight_torque_over_the_available_motor_torque():
     """m g c / (kt I) over its whole travel, whether or not it is ever level."""
     arm = ArmConfig(
         gearbox=gearbox(20.0, stator_current_limit=20.0), inertia=0.5, mass=8.0, center_of_mass=0.5,

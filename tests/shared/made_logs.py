@@ -68,7 +68,7 @@ def sysid_json(runs: Sequence[Run], *, per_turn: float, units: str = "Meters", k
 
 
 class LogFile:
-    """Data log by WPILib's own writer."""
+    """Data log written by WPILib's own writer."""
 
     def __init__(self, path: Path) -> None:
         from wpiutil import DataLogWriter

@@ -45,7 +45,7 @@ def test_several_robots_are_distinguished_by_number() -> None:
     assert [curve.label for curve in battery.curves] == ["0"], "the second published none"
 
 
-def test_a_spike_survives_thinning() -> None:
+def test_a_spike_is_kept_when_a_curve_is_thinned() -> None:
     values = np.zeros(10_000)
     values[7777], values[123] = 9.0, -3.0
     thin = thinned(curve(values))

@@ -88,7 +88,7 @@ def test_the_score_sheet_has_the_rows_of_the_game(recording):
     assert sheet.rows == [["hub: auto points", "2", "0"], ["score", "3", "5"]]
 
 
-def test_the_tables_fit_several_robots_or_a_single_robot(recording):
+def test_the_tables_of_several_robots_differ_from_those_of_a_single_robot(recording):
     scene = replace(SCENE, robots=[replace(SCENE.robots[0], role="collector:3"), SCENE.robots[1]])
     track = RunTrack(recording, scene)
     tables = {table.title.partition(" ")[0]: table for table in tables_of(track, SHOTS)}

@@ -1,4 +1,4 @@
-"""Pace of a run, with a clock of our own."""
+"""Pace of a run, measured with a fake clock."""
 
 import pytest
 
@@ -27,7 +27,7 @@ def wall() -> Wall:
 
 
 @pytest.mark.parametrize("speed", [0.1, 1.0, 5.0])
-def test_simulated_seconds_take_as_long_as_they_should(wall: Wall, speed: float) -> None:
+def test_a_simulated_second_takes_one_second_over_the_speed(wall: Wall, speed: float) -> None:
     pacer = Pacer(speed, clock=wall.clock, sleep=wall.sleep)
     for tick in range(51):
         pacer.wait(0.02 * tick)
@@ -45,8 +45,8 @@ def test_a_long_stall_is_not_made_up_for(wall: Wall) -> None:
     assert wall.now - before == pytest.approx(0.02)
 
 
-def test_the_speed_that_was_reached_is_reported(wall: Wall) -> None:
-    """With 50 ms of work in each tick it is 0.4 of real time, whatever was requested, and no time is spare."""
+def test_the_pacer_reports_the_reached_speed(wall: Wall) -> None:
+    """With 50 ms of work in each tick the speed is 0.4 of real time for any requested speed; no time is spare."""
     pacer = Pacer(1.0, clock=wall.clock, sleep=wall.sleep)
     assert pacer.reached is None
     for tick in range(200):

@@ -41,7 +41,7 @@ def page(tmp_path: Path, recording: Recording | None = None, scene: Scene = SCEN
     return PageReader(path)
 
 
-def test_a_page_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
+def test_a_page_loads_no_external_resource(tmp_path: Path) -> None:
     text = re.sub(r'(<script type="text/plain" id="\w+">)[^<]*', r"\1", page(tmp_path).text)
     assert not re.search(r"https?:|//[a-z]|\bsrc=|@import|url\(|<iframe|<img", text, re.IGNORECASE)
     assert "default-src 'none'" in text and "connect-src 'none'" in text and "connect-src 'self'" in page_html("live")
@@ -63,7 +63,7 @@ def test_frames_contain_the_positions_of_pieces_and_robots_and_the_estimated_pos
         assert rows[PIECES, 3] == 3.0 and rows[PIECES, :2] == pytest.approx(HELD, abs=6e-4), "in robot 0's frame"
 
 
-def test_a_box_has_its_attitude_and_pieces_without_ids_are_distinguished_by_their_rows(tmp_path: Path) -> None:
+def test_the_page_contains_box_attitudes_and_identifies_pieces_without_ids_by_row(tmp_path: Path) -> None:
     crate = PieceLook(size=(0.6, 0.2, 0.3), color="#11aaee")
     rows = np.zeros((2, 7))
     rows[:, :3] = (2.0, 1.0, 0.15), (6.0, 3.5, 0.15)
@@ -155,7 +155,7 @@ def test_two_pages_of_the_same_run_have_the_same_bytes(tmp_path: Path) -> None:
     assert page(tmp_path).text == page(tmp_path).text
 
 
-def test_a_page_that_cannot_be_written_is_an_output_error(tmp_path: Path) -> None:
+def test_a_page_that_cannot_be_written_raises_an_output_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot write the page"):
         write_page(tmp_path / "file" / "x.html", recorded(), SCENE)

@@ -1,4 +1,4 @@
-"""Blocks of a report: what they hold, what they refuse, and the page around them; a browser is in tests/view."""
+"""Blocks of a report and the page around them; tests with a browser are in tests/view."""
 
 import math
 import re
@@ -27,7 +27,7 @@ def test_a_page_contains_its_blocks_in_order_and_only_finite_numbers() -> None:
     assert kept[3]["series"] == [curve] and kept[3]["marks"] == [{"x": 1.5, "label": "here"}]
 
 
-def test_texts_cannot_break_a_report_and_nothing_is_loaded_from_elsewhere() -> None:
+def test_texts_cannot_break_a_report_and_a_report_loads_no_external_resource() -> None:
     evil = "</script><script>alert(1)</script>"
     page = report_page(evil, [headline(evil), table([evil], [[evil]])], subtitle=evil)
     assert "alert(1)</script>" not in re.sub(r'(<script type="text/plain" id="\w+">)[^<]*', r"\1", page)

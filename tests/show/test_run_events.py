@@ -20,7 +20,7 @@ LEVEL = LevelLook(name="L1", alliance="blue", label="level 1", places=("A", "B")
 
 
 def recorded(ticks: int) -> tuple[Recording, list[Snapshot]]:
-    """Return a run, and its snapshots, in which values on boards change now and then beside other values."""
+    """Return a run and its snapshots; values on boards change every seventh tick, other values in each tick."""
     rng, run, shown = np.random.default_rng(7), Recording(bulk_period=0.02), []
     strips = [np.array([0xFF0000, 0x00FF00]), np.array([0x0000FF, -1])]
     places = [np.array([0, 0]), np.array([1, 0]), np.array([1, 2])]
@@ -54,7 +54,7 @@ def recorded(ticks: int) -> tuple[Recording, list[Snapshot]]:
 
 
 @pytest.mark.parametrize("robots", [1, 2])
-def test_boards_change_only_at_the_rows_that_the_search_finds(robots):
+def test_the_changing_rows_alone_give_the_same_boards_as_all_snapshots(robots):
     """These rows alone give the same boards as all snapshots."""
     looks = [RobotLook(prefix=prefix, bumpers=(0.8, 0.8)) for prefix in ("Sim", "Sim/Robots/1")[:robots]]
     scene = Scene(field_size=(16.0, 8.0), robots=looks, levels=[LEVEL])

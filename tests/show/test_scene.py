@@ -6,7 +6,7 @@ from simcore.errors import ConfigError
 from simcore.show.scene import PLAIN_PIECE, PieceLook, RobotLook, Scene
 
 
-def test_colors_in_the_air_and_at_edges_are_derived() -> None:
+def test_the_air_and_edge_colors_of_a_piece_are_derived_from_its_color() -> None:
     look = PieceLook(radius=0.1, color="#804020")
     assert (look.air_color, look.edge_color) == ("#603018", "#402010")
 

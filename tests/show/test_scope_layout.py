@@ -1,4 +1,4 @@
-"""Layouts for AdvantageScope: of any log, with its colors and kinds, and with nothing that the log does not have."""
+"""Layouts for AdvantageScope show the values, colors and kinds of a log, and nothing that the log lacks."""
 
 import json
 from pathlib import Path

@@ -69,14 +69,14 @@ def test_a_shot_from_beyond_the_own_goal_that_does_not_score_is_a_pass() -> None
     assert near.result == "miss", "on the near side of its goal"
 
 
-def test_shots_in_a_log_with_another_clock_have_its_times() -> None:
+def test_shots_in_a_log_with_another_clock_have_the_times_of_that_clock() -> None:
     recording = Recording()
     for snapshot in recorded(50).snapshots():
         recording.write(replace(snapshot, time=snapshot.time + 100.0))
     assert [shot.time for shot in shots_of(recording, SCENE)] == pytest.approx([100.4, 100.6])
 
 
-def test_events_and_board_show_modes_scores_shots_and_troubles() -> None:
+def test_events_and_board_show_modes_scores_shots_fouls_and_faults() -> None:
     """Robot 0 stops within a tick at 0.2 s, slides from 0.3 s on, and browns out at 0.5 s."""
     recording = recorded(30)
     late = Recording()
@@ -106,7 +106,7 @@ def test_events_and_board_show_modes_scores_shots_and_troubles() -> None:
         (0.32, "foul", "G7"),
         (0.32, "slip", "tires slide for 0.08 s"),
         (0.4, "flying", "shot"),  # not yet a hit
-        (0.52, "brown-out", "brown-out"),
+        (0.52, "brownout", "brownout"),
         (0.56, "mode", "teleop"),
         (0.6, "flying", "shot"),
     ]

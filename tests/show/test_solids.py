@@ -1,4 +1,4 @@
-"""Solids of a described robot: intakes, shots and cameras are where its config puts them"""
+"""Solids of a described robot: intakes, shots and cameras have the poses in its config."""
 
 import math
 from dataclasses import replace

@@ -38,7 +38,7 @@ def test_pressed_keys_command_velocities(keys, ahead, left, turn):
     assert not wants.intake and wants.action is None and wants.device == "keyboard"
 
 
-def test_buttons_are_the_same_on_keyboard_and_gamepad():
+def test_keys_and_gamepad_buttons_start_the_same_actions():
     assert asked("KeyF").intake and asked(**pad(pressed=[4])).intake and asked(**pad(pressed=[6])).intake
     for action, (key, button) in enumerate(zip(("Digit1", "Digit2", "Digit3", "Digit4"), range(4), strict=True)):
         assert asked(key).action == asked(**pad(pressed=[button])).action == action

@@ -78,7 +78,7 @@ def test_rotations_are_applied_in_order_and_then_the_position(robot: Path) -> No
     np.testing.assert_allclose(body @ (0, 1, 0, 1), (0, 0, 1, 1), atol=1e-12)
 
 
-def test_a_field_model_has_its_origin_in_the_center_and_red_at_minus_x(field: Path) -> None:
+def test_a_field_model_has_its_origin_at_the_center_and_red_at_minus_x(field: Path) -> None:
     models = load_models(field.parent).field
     assert models is not None and models.size == pytest.approx((10.0, 4.0))
     np.testing.assert_allclose(models.body.transform @ (-5.0, -2.0, 0.0, 1.0), (10.0, 4.0, 0.0, 1.0), atol=1e-9)
@@ -152,7 +152,7 @@ def test_a_git_lfs_pointer_is_reported(robot: Path) -> None:
         (struct.pack("<4sII", b"glTF", 2, 9000) + b" " * 18, "cut off: 30 of 9000 bytes"),
     ],
 )
-def test_broken_files_are_reported(robot: Path, content: bytes, words: str) -> None:
+def test_broken_model_files_are_reported(robot: Path, content: bytes, words: str) -> None:
     (robot / "model.glb").write_bytes(content)
     (line,) = texts(robot)
     assert line.startswith("ERROR: Robot_Mine/model.glb: ") and words in line

@@ -1,4 +1,4 @@
-"""Made-up runs of a made-up sweep, with the columns of a real sweep."""
+"""Synthetic runs of a sweep, with the columns of a real sweep."""
 
 import base64
 import functools
@@ -13,7 +13,7 @@ from simcore.sweep.results import Results
 
 
 def described(*factors, **rest):
-    """Return what Results reads of an experiment."""
+    """Return a stand-in for an experiment, with the attributes that Results reads."""
     named = tuple(SimpleNamespace(name=name) for name in factors)
     told = {"factors": named, "game": "made", "auto": "depot", **rest}
     return SimpleNamespace(project=None, red="", blue="", **told)
@@ -26,7 +26,7 @@ def blocks_of(page):
 
 
 def same(results):
-    """Return what must be equal to the last bit: all of the rows except the processor time of the runs."""
+    """Return the rows without the processor time, which may differ between equal runs."""
     return [{name: value for name, value in row.items() if name != "cpu_seconds"} for row in results.rows]
 
 
@@ -51,7 +51,7 @@ def runs_of(points, columns, *, seeds=1):
 
 @functools.cache
 def tired_battery():
-    """Return scores of 20 seeds with three charges of the battery and two masses; a fuller battery brings points."""
+    """Return results of 20 seeds for three battery charges and two masses; a fuller battery raises the score."""
 
     def play(values, seed):
         generator = np.random.default_rng([seed, 7])

@@ -13,7 +13,7 @@ from simcore.match.match import Match
 MARK = "SWEEP_GAME_MARK"
 """Environment variable with the path of a file that exists once a run has died."""
 SPOILED = 2
-"""Seed with which autos do what they are named for."""
+"""Seed with which an auto does what its name says."""
 
 
 def controller(deed, match, alliance):
@@ -62,7 +62,7 @@ def ticks(match):
 
 
 def process(match):
-    """Return the process that plays."""
+    """Return the id of the process that plays the run."""
     return os.getpid()
 
 

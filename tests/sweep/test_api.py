@@ -51,7 +51,7 @@ def test_a_row_contains_the_plan_and_the_result_of_its_run():
     assert same(replace(found, rows=rows)) == same(found), "the order does not matter"
 
 
-def test_an_interrupted_sweep_plays_only_the_missing_runs(tmp_path, monkeypatch):
+def test_a_resumed_sweep_plays_only_the_missing_runs(tmp_path, monkeypatch):
     played = []
     real = workers.play_run
 
@@ -133,7 +133,7 @@ def test_unplayable_experiments_are_refused_before_the_first_run(settings, said)
     assert said in str(caught.value)
 
 
-def test_the_number_of_workers_must_be_a_count():
+def test_a_negative_number_of_workers_is_refused():
     with pytest.raises(ConfigError, match="workers must be"):
         sweep(experiment(), workers=-5)
 

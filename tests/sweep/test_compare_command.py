@@ -77,7 +77,7 @@ def test_incomparable_arguments_are_refused_before_the_first_run(capsys, words, 
     assert not Path("out").exists()
 
 
-def test_if_all_runs_fail_their_error_is_reported(capsys, monkeypatch):
+def test_the_error_of_the_runs_is_reported_if_all_runs_fail(capsys, monkeypatch):
     monkeypatch.setattr(one_run, "measure", lambda *_: 1 / 0)
     assert cli.main(["compare", "drive", "fail", *SMALL, "--seeds", "2"]) == 1
     assert "all 4 runs ended with an error: ZeroDivisionError" in capsys.readouterr().err
@@ -99,7 +99,7 @@ def test_the_rows_of_a_project_are_identified_by_its_content():
 # --- a page with both -------------------------------------------------------------------------------------------------
 
 
-def test_a_single_recording_contains_both_runs():
+def test_a_merged_recording_contains_both_runs():
     old, new = recorded(50), recorded(30)
     both = merged(old, new)
     assert both.times == pytest.approx(old.times), "as long as the longer one"

@@ -122,7 +122,7 @@ def test_invalid_experiments_are_refused_at_once(settings, said):
     assert said in str(caught.value)
 
 
-def test_the_name_of_a_function_lets_workers_find_it():
+def test_a_metric_function_is_stored_as_its_module_and_name():
     assert Experiment(metrics=(own_metric,)).metrics == (f"{__name__}:own_metric",)
 
 

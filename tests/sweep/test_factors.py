@@ -1,4 +1,4 @@
-"""Factors as people write them."""
+"""Factors: their text on the command line, and the settings that they vary."""
 
 import json
 from dataclasses import asdict, replace
@@ -28,7 +28,7 @@ def test_lists_and_ranges_include_their_last_value(text, values):
     assert parse_factor(text).values == values
 
 
-def test_at_returns_the_quantile_of_a_distribution():
+def test_the_method_at_returns_the_quantile_of_a_distribution():
     uniform, normal = parse_factor("e=uniform(0.4,0.5)"), parse_factor("m=normal(55,2)")
     assert uniform.at(0.5) == pytest.approx(0.45) and normal.at(0.5) == pytest.approx(55.0)
     assert normal.at(0.8413447) == pytest.approx(57.0, abs=1e-4)  # one standard deviation above the mean
@@ -79,7 +79,7 @@ def test_factor_names_select_the_fields_of_the_robot():
     assert robot.components == SETUP.robot.components
 
 
-def test_a_heavier_robot_keeps_its_size():
+def test_the_moment_of_inertia_of_a_robot_scales_with_its_mass():
     before, after = SETUP.robot, vary(SETUP, {"robot.mass": 66.0}).robot
     assert after.drivetrain.mass == after.body.mass == 66.0
     assert after.drivetrain.yaw_inertia / before.drivetrain.yaw_inertia == pytest.approx(66.0 / 55.0)
@@ -129,7 +129,7 @@ def test_factor_names_select_the_settings_of_a_run():
         ({"robot.storage.capacity.x": 3.0}, "to vary"),
     ],
 )
-def test_invalid_factors_are_refused_with_valid_suggestions(values, said):
+def test_the_error_for_an_invalid_factor_names_the_factor_and_the_mistake(values, said):
     (name,) = values
     with pytest.raises(ConfigError) as caught:
         vary(SETUP, values)

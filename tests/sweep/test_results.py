@@ -1,4 +1,4 @@
-"""Statistics of a table of runs, as a user needs them."""
+"""Statistics of a table of runs: success rates, percentiles and paired differences."""
 
 import csv
 from dataclasses import replace
@@ -58,7 +58,7 @@ def test_an_incomplete_pair_is_left_out(tired_battery):
 
 
 def test_all_pairs_of_a_seed_count_as_one_mean_difference():
-    """From 0 to 1, the score rises by 1 at one value of the other factor and by 3 at the other: by 2 in each seed."""
+    """From x = 0 to 1 the score rises by 1 at y = 0 and by 3 at y = 1: by 2 in each seed."""
     points = {"x": np.array([0.0, 1.0, 0.0, 1.0]), "y": np.array([0.0, 0.0, 1.0, 1.0])}
     rows = made_sweep.runs_of(points, lambda v, seed: {"score": seed + v["x"] * (1.0 + 2.0 * v["y"])}, seeds=3)
     found = Results(rows, made_sweep.described("x", "y")).paired("x", 0.0, 1.0, "score")
@@ -73,7 +73,7 @@ def test_a_run_without_the_metric_is_excluded_from_pairs(tired_battery):
 
 
 def test_a_clear_difference_is_listed_first_despite_large_variation_between_seeds():
-    """One more point in each of ten pairs; another factor moves more, but up in some seeds and down in others."""
+    """One factor adds a point in each of ten pairs; another moves more, but up in some seeds and down in others."""
     grid = np.array([(x, y) for x in (0.0, 1.0) for y in (0.0, 1.0)])
 
     def play(values, seed):
@@ -91,7 +91,7 @@ def test_a_clear_difference_is_listed_first_despite_large_variation_between_seed
     assert said[3].startswith("  sure = 1 against 0: +1 (95 % interval +1 to +1), 10 seeds: 10 more, 0 less")
 
 
-def test_the_order_of_rows_changes_nothing(tired_battery):
+def test_the_order_of_rows_does_not_change_the_results(tired_battery):
     assert replace(tired_battery, rows=tired_battery.rows[::-1]).rows == tired_battery.rows
 
 

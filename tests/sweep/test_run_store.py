@@ -1,4 +1,4 @@
-"""File of rows: what cannot be written is tried again; another version or a damaged file is reported in a sentence."""
+"""File of rows: failed writes are repeated; a damaged file or another version is reported in one sentence."""
 
 import json
 import sqlite3
@@ -139,7 +139,7 @@ SHORT = ["sweep_game:SMALL", "--seeds", "1", "--seconds", "0.04", "-j", "1"]
 
 @pytest.fixture(scope="module")
 def store(tmp_path_factory):
-    """Return the bytes of a store with a run that is not played again."""
+    """Return the bytes of the store of a sweep with one run."""
     folder = tmp_path_factory.mktemp("store")
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(FOLDER)
@@ -158,7 +158,7 @@ def store(tmp_path_factory):
         for name, change in changes.items()
     ],
 )
-def test_a_store_that_is_damaged_or_of_another_version_is_reported_in_a_single_sentence(
+def test_a_damaged_store_or_a_store_of_another_version_is_reported_in_one_sentence(
     store, tmp_path, monkeypatch, capsys, words, change
 ):
     monkeypatch.syspath_prepend(FOLDER)

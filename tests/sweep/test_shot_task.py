@@ -1,4 +1,4 @@
-"""Launches and flights of a shooter: the same as in a match, with the spreads of its scatter, from all sides."""
+"""Sampled launches and flights of a shooter agree with those of a match."""
 
 import numpy as np
 import pytest
@@ -62,7 +62,7 @@ def test_a_clean_shot_goes_in_from_all_sides_and_a_shot_off_the_board_from_one_s
 
 
 def test_shots_of_a_fixed_shooter_fly_in_a_match_as_predicted() -> None:
-    """Speed and elevation differ as in a scatter; the result is the same, and the path within 1 mm until it ends."""
+    """Speed and elevation differ as in a scatter; the result is the same, and paths agree within 1 mm to the end."""
     task, stand = ShotTask(REBUILT, low_shooter(REBUILT.robot())), Stand(3.0, 0.0)
     verdicts = []
     with RealShots(task, seed=1) as real:

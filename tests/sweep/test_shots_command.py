@@ -24,7 +24,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 @pytest.fixture(scope="module")
 def made():
-    """Return a table of three distances: 4 m is partly blocked by the tower, and at 7 m there is no place."""
+    """Return a table of three distances: 4 m is partly blocked by the tower, and the robot does not fit at 7 m."""
     task = ShotTask(REBUILT)
     return SimpleNamespace(task=task, table=make_table(task, (2.5, 4.0, 7.0)))
 

@@ -1,4 +1,4 @@
-"""Command `simcore sweep`: what it prints, keeps, repeats and refuses."""
+"""Command `simcore sweep`: output, stored files, repeated runs and refused options."""
 
 import csv
 from functools import partial
@@ -25,7 +25,7 @@ def here(monkeypatch):
     monkeypatch.setattr("simcore.sweep.sweep_command.sweep", partial(sweep_here, sweep))
 
 
-def test_failed_runs_are_reported_and_repeated(tmp_path, capsys):
+def test_failed_runs_are_reported_and_can_be_repeated(tmp_path, capsys):
     out = str(tmp_path / "two words")
     words = [*SMALL, "--out", out, "--auto", "fail", "--seeds", "1:3", "--success", "distance_m > 0"]
     assert cli.main(words) == 1

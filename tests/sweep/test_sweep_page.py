@@ -46,7 +46,7 @@ def test_the_page_shows_the_success_rate_before_factors_and_metrics(results, tmp
     ]
 
 
-def test_two_variants_share_an_axis(results, tmp_path):
+def test_two_variants_are_drawn_in_the_same_charts(results, tmp_path):
     rows = [{**row, "auto": "old" if row["battery.charge"] == 0.3 else "new"} for row in results.rows]
     both = replace(results, rows=[row for row in rows if row["battery.charge"] != 0.65],
                    experiment=made_sweep.described("auto", "robot.mass"))  # fmt: skip

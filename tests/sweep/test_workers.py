@@ -1,4 +1,4 @@
-"""Processes of runs: whoever plays them, rows are equal, and no fault loses or doubles a row."""
+"""Worker processes: all kinds of workers return equal rows, and no fault loses or repeats a row."""
 
 import json
 import os

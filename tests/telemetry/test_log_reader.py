@@ -1,4 +1,4 @@
-"""Reading of logs: ours, WPILib's and AdvantageKit's; whole, cut off, damaged and foreign."""
+"""Reading of logs of simcore, WPILib and AdvantageKit: whole, cut off and damaged."""
 
 import struct
 from pathlib import Path
@@ -87,7 +87,7 @@ def test_numbers_and_poses_are_read_as_arrays(path: Path, snapshots: list[Snapsh
         log.series("Sim/Score/Totl")
 
 
-def test_a_log_cut_off_anywhere_gives_everything_before_the_cut(path: Path, tmp_path: Path) -> None:
+def test_a_log_cut_off_anywhere_is_read_up_to_the_cut(path: Path, tmp_path: Path) -> None:
     whole = path.read_bytes()
     full = {key: len(column) for key, column in read_log(path).columns.items()}
     cut = tmp_path / "cut.wpilog"
@@ -105,7 +105,9 @@ def test_a_log_cut_off_anywhere_gives_everything_before_the_cut(path: Path, tmp_
     assert seen_early > 50
 
 
-def test_garbage_in_the_middle_ends_a_log_there(path: Path, tmp_path: Path, snapshots: list[Snapshot]) -> None:
+def test_a_log_with_garbage_in_its_middle_is_read_up_to_the_garbage(
+    path: Path, tmp_path: Path, snapshots: list[Snapshot]
+) -> None:
     whole = path.read_bytes()
     broken = tmp_path / "broken.wpilog"
     broken.write_bytes(whole[: len(whole) // 2] + b"\xff" * 2000)

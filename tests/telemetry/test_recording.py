@@ -124,7 +124,7 @@ def test_the_recording_of_an_endless_run_keeps_its_end_and_stays_small() -> None
     assert len(rows) == len(recording.series("Sim/Score/Blue")[1]) == len(times) == len(recording)
 
 
-def test_all_events_are_kept_and_restart_with_their_numbers() -> None:
+def test_the_recording_keeps_all_events_and_restarts_when_their_numbers_restart() -> None:
     """Event k occurs at tick k; each tick shows the newest ten, and the recording keeps every fifth tick for 2 s."""
     recording = Recording(period=0.1, seconds=2.0)
 

@@ -48,7 +48,7 @@ def _flush_later(flush):  # type: ignore[no-untyped-def]
     return wrapped
 
 
-def test_programming_errors_are_still_raised(tmp_path: Path) -> None:
+def test_a_guarded_sink_still_raises_programming_errors(tmp_path: Path) -> None:
     sink = GuardedSink(WpilogSink(tmp_path / "x.wpilog"), sys.exit)
     sink.write(Snapshot(time=0.02, tick=0, doubles={"a": 1.0}))
     with pytest.raises(ConfigError, match="one key has one type"):

@@ -134,7 +134,7 @@ def test_held_pieces_are_written_less_often_and_all_last_values_at_the_end(tmp_p
     assert end.pose_arrays["Sim/GamePieces/Fuel"][0, 0] == 65.0 and len(end.integer_arrays["Sim/NewestShots"]) == 260
 
 
-def test_times_beyond_the_short_form_of_a_record_are_read_back(tmp_path: Path) -> None:
+def test_timestamps_longer_than_four_bytes_are_read_back(tmp_path: Path) -> None:
     """Four bytes of microseconds are 71.6 minutes."""
     times = (4294.96, 4294.98, 5000.0)
     rows = [Snapshot(time=time, tick=k, doubles={"x": time}) for k, time in enumerate(times)]
@@ -145,7 +145,7 @@ def test_times_beyond_the_short_form_of_a_record_are_read_back(tmp_path: Path) -
 
 
 def test_wpilib_decodes_every_kind_of_value(tmp_path: Path, snapshots: list[Snapshot]) -> None:
-    """Poses, module states, texts and integer arrays; empty arrays are written once."""
+    """Values are poses, module states, texts and integer arrays; empty arrays are written once."""
     geometry = pytest.importorskip("wpimath.geometry")
     from wpimath.kinematics import SwerveModuleState
     from wpiutil import wpistruct
@@ -237,7 +237,7 @@ def test_missing_folders_are_made_and_an_existing_file_is_overwritten(tmp_path: 
     assert len(values["NT:/x"]) == 1
 
 
-def test_an_unwritable_log_raises_at_once(tmp_path: Path) -> None:
+def test_an_unwritable_log_raises_an_error_at_once(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     for bad in (tmp_path, tmp_path / "file" / "run.wpilog"):
         with pytest.raises(OutputError, match="for example") as caught:
@@ -246,7 +246,7 @@ def test_an_unwritable_log_raises_at_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is always full")
-def test_a_full_disk_ends_the_log_with_one_sentence() -> None:
+def test_a_full_disk_raises_an_output_error() -> None:
     with pytest.raises(OutputError, match="No space left"):
         WpilogSink("/dev/full")
 

@@ -27,7 +27,7 @@ def find_chromium() -> str | None:
 
 
 class Chromium:
-    """A single page. `requests` lists every request that it makes, and `errors` the errors of its scripts."""
+    """Single browser page. `requests` lists all requests of the page, and `errors` the errors of its scripts."""
 
     def __init__(self, url: str, profile: Path) -> None:
         from websockets.sync.client import connect

@@ -1,4 +1,4 @@
-"""The live view answers only its own page, withstands a crowd, and lets a person drive."""
+"""The live view answers only its own page, withstands many viewers, and lets a person drive."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def got(server, path="/", **headers: str) -> tuple[int, str, dict[str, str]]:
     return answer.status, answer.read().decode(), dict(answer.headers)
 
 
-def test_the_page_is_served_with_its_guards_and_other_sites_get_nothing(server) -> None:
+def test_the_page_is_served_with_security_headers_and_other_sites_are_refused(server) -> None:
     status, text, headers = got(server)
     assert (status, text) == (200, "<p>page</p>") and headers["X-Frame-Options"] == "DENY"
     assert got(server, "/other")[0] == 404
@@ -255,7 +255,7 @@ def test_a_person_drives_by_keys_and_gamepad_and_sees_how_the_run_ended(browser)
 
 
 @pytest.mark.slow
-def test_free_driving_counts_down_shows_no_clock_and_turns_the_view_with_the_sticks(browser) -> None:
+def test_free_driving_counts_down_shows_no_clock_and_views_from_the_drivers_side(browser) -> None:
     driving = ViewDriving(("shoot",), at_once=True, is_free=True)
     view = LiveView(driving=driving)
     with Match(

@@ -54,7 +54,7 @@ def complaints(page) -> list[str]:
 
 
 @pytest.mark.slow
-def test_a_file_plays_by_keyboard_without_requests_and_fits_its_first_screen(browser, run) -> None:
+def test_the_page_seeks_by_keyboard_and_click_makes_no_requests_and_fits_one_screen(browser, run) -> None:
     path, _ = run
     page = opened(browser, path, query="#t=2.5")
     assert path.stat().st_size < 330_000
@@ -205,7 +205,7 @@ def scene_goals():
 
 @pytest.mark.slow
 def test_the_score_board_shows_the_values_in_the_log(browser, run) -> None:
-    """At twenty times: both scores, the clock and the period, as a reader sees them over the picture."""
+    """The test reads both scores, the clock and the period at twenty times, as a reader sees them over the picture."""
     path, recording = run
     page = opened(browser, path)
     for time in np.linspace(0.1, 7.9, 20):

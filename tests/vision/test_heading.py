@@ -1,4 +1,4 @@
-"""Poses and readings between ticks."""
+"""Histories of poses and readings, interpolated between ticks."""
 
 import pytest
 
@@ -15,7 +15,7 @@ def test_a_history_holds_its_end_values_outside_its_samples():
     assert history.at(0.0) == history.at(9.0)
 
 
-def test_a_history_covers_little_more_than_two_seconds():
+def test_a_history_covers_at_least_two_seconds_and_fewer_than_200_samples():
     history = PoseHistory()
     for k in range(1000):
         history.add(0.02 * k, (0.01 * k, 0.0, 0.0), from_yaw(0.0))

@@ -1,4 +1,4 @@
-"""A camera in time: rates, latency, throttle, settings and heading modes."""
+"""Behavior of a Limelight over time: rates, latency, throttle, settings and heading modes."""
 
 import math
 from dataclasses import replace
@@ -78,7 +78,7 @@ def test_without_a_heading_megatag_2_assumes_heading_zero():
 
 
 def test_a_moved_camera_takes_frames_from_its_new_mount_and_reports_the_mount():
-    """For the second half, it is turned to the back: it sees other tags and still finds the robot's true place."""
+    """Then the camera is turned to the back: it sees other tags and still finds the robot's true place."""
 
     def turn(camera, t, yaw):
         if abs(t - 0.5) < 1e-9:
@@ -190,7 +190,7 @@ def turn_with(mode, *, told=None, has_imu=True, assist=0.001, mt1=None, seconds=
     return math.atan2(r[1, 0], r[0, 0])
 
 
-def test_each_imu_mode_uses_its_own_heading():
+def test_each_imu_mode_uses_its_own_heading_source():
     def true(t):
         return 0.5 + t
 
@@ -208,7 +208,7 @@ def test_each_imu_mode_uses_its_own_heading():
     assert turn_with(4, told=true, assist=0.1) == pytest.approx(2.5, abs=1e-3)
 
 
-def test_a_crop_window_and_downscaling_lose_tags():
+def test_a_crop_window_and_downscaling_reduce_the_visible_tags():
     def crop(camera, t, yaw):
         camera.request(CameraRequest("crop", (-1.0, 0.0, -1.0, 1.0)), t)
 

@@ -64,7 +64,7 @@ def test_a_valid_request_changes_its_setting(topic):
     assert getattr(settings, name) == expected
 
 
-def test_filters_and_downscale_can_be_returned_to_the_pipeline():
+def test_an_empty_filter_request_restores_the_filters_of_the_pipeline():
     settings = CameraSettings.of(CONFIG)
     settings.apply("fiducial_id_filters_set", (26.0,))
     assert settings.apply("fiducial_id_filters_set", ()) is None

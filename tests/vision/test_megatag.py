@@ -1,4 +1,4 @@
-"""Projection and linearized poses compared with OpenCV, which shares no code with ours and solves each picture."""
+"""Projection and linearized poses agree with OpenCV, which shares no code with simcore and solves each image."""
 
 import math
 
@@ -40,7 +40,7 @@ def views(kind: str, count: int, min_side: float = 12.0):
 
 
 def solved(lens, rows, corners, eye, rotation):
-    """Return the camera's place and the rotation from field to optical axes, iterated by OpenCV from the truth."""
+    """Return OpenCV's camera position and rotation from field to optical axes, iterated from the true pose."""
     start, _ = cv2.Rodrigues(rotation)
     points = LAYOUT.corners[rows].reshape(-1, 3)
     way = (-rotation @ eye).reshape(3, 1)
@@ -52,7 +52,7 @@ def solved(lens, rows, corners, eye, rotation):
 
 
 def megatag1(lens, rows, corners, eye, rotation):
-    """Return the same by our own code, and the whole estimate."""
+    """Return simcore's camera position, rotation from field to optical axes, and MegaTag 1 estimate."""
     found = TagPicture(LAYOUT, LAYOUT, EXACT, rows, corners, eye, rotation, lens, MOUNTING).megatag1()
     turn = matrix(from_rpy(*map(math.radians, (found.roll_deg, found.pitch_deg, found.yaw_deg))))
     return np.array(found.position) + turn @ MOUNTING.position, MOUNTING.to_optical @ turn.T, found
@@ -72,7 +72,7 @@ def test_pixels_agree_with_the_projection_of_opencv(kind):
 
 
 def test_the_pose_from_several_tags_agrees_with_opencv():
-    """The linearization leaves out terms of second order: for a turn by d about d^2, some hundredths of d."""
+    """The linearization leaves out terms of second order, about d^2 for a turn by d: some hundredths of d."""
     rng = np.random.default_rng(11)
     shares = []
     for lens, _, _, eye, rotation, rows, exact in views("LL3", 80):
@@ -109,7 +109,7 @@ def test_the_standard_deviations_match_the_spread_of_opencv_solutions():
 
 
 def test_both_poses_of_a_tag_and_their_ambiguity_agree_with_ippe():
-    """OpenCV's SOLVEPNP_IPPE_SQUARE, with each answer refined to its least squares, for tags wider than 30 px."""
+    """The reference is OpenCV's SOLVEPNP_IPPE_SQUARE, refined by least squares, for tags wider than 30 px."""
     rng = np.random.default_rng(3)
     h = LAYOUT.size / 2.0
     square = np.array([(-h, h, 0.0), (h, h, 0.0), (h, -h, 0.0), (-h, -h, 0.0)])

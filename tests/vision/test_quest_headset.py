@@ -23,7 +23,7 @@ def headset(mount: CameraMount | None = MOUNT, **settings: float) -> QuestHeadse
 
 
 def drive(quest: QuestHeadset, *poses, seconds: float = 0.1) -> None:
-    """Let the robot stand at each pose in turn."""
+    """Update the headset with the robot at each pose in turn."""
     history = PoseHistory()
     start = 0.0 if quest.last is None else quest.last.time
     for place in poses:
@@ -56,7 +56,7 @@ def test_poses_before_a_reset_are_relative_to_the_start():
     assert is_same(quest.last.attitude, multiply(back, attitude))
 
 
-def test_poses_after_a_true_reset_are_true():
+def test_poses_after_a_reset_to_the_true_pose_are_true():
     quest = headset(**QUIET)
     drive(quest, START)
     quest.reset(PoseReset(*on_robot(START)), *START)
@@ -79,7 +79,7 @@ def test_the_first_reset_determines_the_headset_mount():
     assert quest.last.position == pytest.approx(on_robot(END)[0])
 
 
-def test_an_implausible_reset_gives_no_mount():
+def test_an_implausible_reset_determines_no_mount():
     quest = headset(None, **QUIET)
     drive(quest, START)
     quest.reset(PoseReset((9.0, 3.0, 0.5), from_yaw(0.0)), *START)
@@ -106,7 +106,7 @@ def test_the_noise_has_the_size_in_the_config():
 
 
 def test_the_drift_after_a_match_has_the_size_in_the_config():
-    """A random walk of 150 s, twice (x and y) for each of 100 headsets; 4 / sqrt(2 * 200) of its size is allowed."""
+    """Each of 100 headsets drifts for 150 s in x and y; an error of 4 / sqrt(2 * 200) of the size is allowed."""
     drifts = []
     for seed in range(100):
         config = QuestConfig(mount=MOUNT, **{**QUIET, "position_drift": 0.02}, frame_rate=1.0)
@@ -122,6 +122,6 @@ def test_the_drift_after_a_match_has_the_size_in_the_config():
 
 
 @each("bad", [{"frame_rate": 0.0}, {"position_noise": -1.0}, {"yaw_drift_deg": math.nan}])
-def test_invalid_configs_are_refused(bad):
+def test_invalid_headset_configs_are_refused(bad):
     with pytest.raises(ConfigError, match=next(iter(bad))):
         QuestConfig(**bad)

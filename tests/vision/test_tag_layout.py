@@ -54,7 +54,7 @@ def test_a_file_in_the_format_of_wpilib_is_read(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "{}", '{"tags": [{"ID": 1}], "field": {"length": 1, "width": 1}}'])
-def test_the_error_names_a_broken_file(tmp_path, text):
+def test_the_error_names_a_broken_layout_file(tmp_path, text):
     file = tmp_path / "broken.json"
     file.write_text(text)
     with pytest.raises(ConfigError, match=r"broken\.json: not a tag layout"):
@@ -102,7 +102,7 @@ def test_a_repeated_id_is_refused():
         (lambda: PiecePipeline(min_visible=2.0), "min_visible"),
     ],
 )
-def test_invalid_settings_are_refused(make, message):
+def test_invalid_layout_settings_are_refused(make, message):
     with pytest.raises((ConfigError, UnknownNameError)) as error:
         make()
     assert message in str(error.value)

@@ -121,7 +121,7 @@ def test_a_mesh_without_area_is_refused(save):
         FieldGeometry.load(save(line))
 
 
-def test_a_missing_file_is_a_field_mesh_error(tmp_path):
+def test_a_missing_file_raises_a_field_mesh_error(tmp_path):
     with pytest.raises(FieldMeshError, match="nowhere"):
         FieldGeometry.load(tmp_path / "nowhere.obj")
 
@@ -135,7 +135,7 @@ def test_many_triangles_give_a_warning_that_names_the_script(save):
         FieldGeometry.load(save(ball), max_triangles=320)
 
 
-def test_far_too_many_triangles_are_an_error(save):
+def test_far_too_many_triangles_raise_an_error(save):
     ball = group("ball", trimesh.creation.icosphere(subdivisions=2))
     with pytest.raises(FieldMeshError, match="simplify_field"):
         FieldGeometry.load(save(ball), max_triangles=15)

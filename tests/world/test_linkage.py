@@ -27,7 +27,7 @@ def motion(position=0.0, velocity=0.0):
 
 
 def test_the_pose_of_an_arm_on_an_elevator_follows_both_joints():
-    """0.3 m up, then 0.5 m ahead of a joint that points 60 degrees up."""
+    """The lift is 0.3 m up, and the part is 0.5 m out on an arm raised by 60 degrees."""
     lift = Joint(mechanism="lift", axis=(0.0, 0.0, 1.0), slides=True, ratio=0.02, origin=(0.1, 0.0, 0.2))
     arm = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0), origin=(0.0, 0.05, 0.0))
     mechanisms = {"lift": motion(15.0), "arm": motion(math.pi / 3)}

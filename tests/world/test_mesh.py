@@ -47,7 +47,7 @@ def test_a_finely_triangulated_box_with_unshared_vertices_is_still_a_box():
 
 
 @given(st.integers(0, 2**12 - 1))
-def test_the_winding_does_not_matter_for_a_box(flips):
+def test_a_box_is_recognized_whatever_the_winding_of_its_faces(flips):
     mesh = trimesh.creation.box()
     faces = np.array([f[::-1] if flips >> i & 1 else f for i, f in enumerate(mesh.faces)])
     (part,) = classify(np.asarray(mesh.vertices), faces)

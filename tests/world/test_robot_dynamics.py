@@ -1,4 +1,4 @@
-"""Records of robots: who holds them, and where."""
+"""Records of robots in memory that the robots share with the loop."""
 
 import math
 
@@ -16,8 +16,8 @@ from simcore.world.world import PhysicsWorld
 CONFIG = RobotConfig(drivetrain=SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)))
 
 
-def test_the_records_of_a_robot_share_memory_with_the_loop_after_another_robot_is_added():
-    """The drive of the first robot shares memory with the loop before and after a second robot comes."""
+def test_robot_records_still_share_memory_with_the_loop_after_a_robot_is_added():
+    """The drive of the first robot shares memory with the loop before and after a second robot is added."""
     with PhysicsWorld() as world:
         rng = np.random.default_rng(0)
         first = Robot(world, CONFIG, rng=rng)

@@ -58,7 +58,7 @@ def test_a_hull_needs_four_finite_points(points, says):
         Hull(points)
 
 
-def test_equal_shapes_are_equal_so_that_the_engine_can_share_them():
+def test_shapes_with_equal_dimensions_compare_and_hash_equal():
     assert Sphere(0.1) == Sphere(0.1)
     assert hash(Box((1.0, 2.0, 3.0))) == hash(Box((1.0, 2.0, 3.0)))
 
@@ -94,7 +94,7 @@ def test_a_shape_stands_if_its_center_is_above_its_base():
     assert stands(cone(height=0.4, bottom_radius=0.2)), "on its bottom"
 
 
-def test_the_sizes_of_shapes_follow_their_formulas():
+def test_radius_thickness_and_frontal_area_of_shapes_follow_their_formulas():
     assert bounding_radius(TUBE) == pytest.approx(math.hypot(0.15, 0.06))
     assert inner_radius(TUBE) == pytest.approx(0.06, rel=2e-3), "the bore counts as filled"
     assert smallest_thickness(TUBE) == pytest.approx(0.01, rel=0.05)
@@ -148,7 +148,7 @@ def test_the_hull_of_a_boxs_corners_has_the_mass_properties_of_the_box_anywhere(
     assert again == pytest.approx(hull.inertia, abs=1e-12) and np.linalg.det(matrix(axes)) == pytest.approx(1.0)
 
 
-def test_a_cone_and_a_ring_have_the_inertia_of_textbooks():
+def test_a_cone_and_a_torus_have_the_textbook_moments_of_inertia():
     """Cone: 3/10 r^2 and 3/20 (r^2 + h^2 / 4), center at h / 4. Torus: R^2 + 3/4 r^2 and R^2 / 2 + 5/8 r^2."""
     found = mass_properties(cone(height=0.4, bottom_radius=0.2, sides=48))
     assert np.diag(found.inertia) == pytest.approx([0.15 * (0.04 + 0.04)] * 2 + [0.3 * 0.04], rel=0.02)
@@ -158,7 +158,7 @@ def test_a_cone_and_a_ring_have_the_inertia_of_textbooks():
     assert ring == pytest.approx([across, across, 0.15**2 + 0.75 * 0.025**2], rel=0.05)
 
 
-def test_a_compound_includes_its_rotated_parts():
+def test_the_mass_properties_of_a_compound_include_its_rotated_parts():
     cross = Compound((Part(Cylinder(0.05, 0.4)), Part(Cylinder(0.05, 0.4), quat=from_rpy(math.pi / 2, 0.0, 0.0))))
     one = np.diag(mass_properties(Cylinder(0.05, 0.4)).inertia)
     assert np.diag(mass_properties(cross).inertia) == pytest.approx(

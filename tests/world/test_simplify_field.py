@@ -1,4 +1,4 @@
-"""Command that makes a CAD mesh small enough, and its report of how far the shape has moved."""
+"""Script that reduces the triangles of a CAD mesh and reports how far the surface has moved."""
 
 import importlib.util
 import re
@@ -93,19 +93,19 @@ def test_the_error_for_a_missing_package_gives_the_install_command(dense, tmp_pa
     assert "pip install fast-simplification" in capsys.readouterr().err
 
 
-def test_a_missing_input_is_an_error_without_a_traceback(tmp_path, capsys):
+def test_a_missing_input_is_reported_without_a_traceback(tmp_path, capsys):
     code, _ = run(tmp_path / "nowhere.obj", tmp_path)
     assert code == 1
     assert "nowhere.obj" in capsys.readouterr().err
 
 
-def test_an_unwritable_output_is_an_error_without_a_traceback(dense, tmp_path, capsys):
+def test_an_unwritable_output_is_reported_without_a_traceback(dense, tmp_path, capsys):
     assert script.main([str(dense), str(tmp_path / "no" / "out.obj"), "--triangles", "10000"]) == 1
     assert "cannot write" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("args", [["--triangles", "3"], ["--scale", "0"], ["--scale", "nan"]])
-def test_invalid_arguments_are_refused(dense, tmp_path, args, capsys):
+def test_invalid_arguments_of_the_script_are_refused(dense, tmp_path, args, capsys):
     with pytest.raises(SystemExit):
         run(dense, tmp_path, *args)
     assert args[0] in capsys.readouterr().err

@@ -44,7 +44,7 @@ def test_a_rotation_is_about_the_center_and_a_reflection_about_the_center_line()
 
 
 @given(any_angle)
-def test_wrapped_angles_keep_their_direction_within_half_a_turn(angle):
+def test_wrapped_angles_are_within_half_a_turn_and_keep_their_direction(angle):
     wrapped = wrap_angle(angle)
     assert -math.pi <= wrapped <= math.pi
     assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-9)

@@ -1,4 +1,4 @@
-"""Zones: edges, corners, and pieces that are too fast to be seen inside."""
+"""Zones: edges, corners, and pieces too fast to be inside at the end of a tick."""
 
 import math
 
@@ -64,7 +64,7 @@ def test_zones_with_invalid_dimensions_are_refused():
 
 
 def test_a_capsule_contains_the_points_near_its_line():
-    """Compared with the distances of many points on both lines."""
+    """The results agree with distances between many points on both lines."""
     capsule = CapsuleZone((1.0, 1.0, 1.0), (1.3, 1.0, 1.4), 0.1)
     line = np.array(capsule.start) + np.linspace(0.0, 1.0, 400)[:, None] * np.subtract(capsule.end, capsule.start)
     rng = np.random.default_rng(1)

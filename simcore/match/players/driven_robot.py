@@ -1,4 +1,4 @@
-"""Controllers for a robot driven by a person: field-relative with two sticks, an intake button and action buttons."""
+"""Controllers for a robot that a person drives field-relative with two sticks, an intake button and action buttons."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ _MOST_TURN = math.tau  # [rad/s] at full stick
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriverInput:
-    """Current input of a driver."""
+    """State of a driver's sticks and buttons in one tick."""
 
     ahead: float = 0.0
-    """Speed away from the driver station, as a fraction of full speed [-]."""
+    """Commanded speed away from the driver station, relative to the full speed [-]."""
     left: float = 0.0
-    """Speed to the left as seen from the driver station, as a fraction of full speed [-]."""
+    """Commanded speed to the left as seen from the driver station, relative to the full speed [-]."""
     turn: float = 0.0
-    """Yaw rate, counter-clockwise positive, as a fraction of the full rate [-]."""
+    """Commanded yaw rate, counter-clockwise positive, relative to the full yaw rate [-]."""
     intake: bool = False
-    """Whether the intake runs."""
+    """Whether the driver commands the intake to run."""
     action: int | None = None
     """Index of the action whose button is held; None if no action button is held."""
     device: str = "keyboard"
@@ -50,14 +50,23 @@ Driver: TypeAlias = Callable[[], "DriverInput | None"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriverControls:
-    """Driver controls of a game: action buttons and robot settings; sticks and intake button are alike in all games."""
+    """Driver controls of a game: action buttons, and settings of the robot.
+
+    The sticks and the intake button have the same effect in all games.
+    """
 
     settings: ScriptSettings = field(default_factory=ScriptSettings)
-    """Settings for the robot."""
+    """Settings of the robot's acceleration, shooter and intake."""
     actions: Mapping[str, Script] = field(default_factory=dict)
-    """Scripts of up to four buttons, by label, in the order of the buttons; a script runs while the button is held."""
+    """Script of each action button, at most four, by label and in the order of the buttons.
+
+    A script runs while the driver holds the button.
+    """
     rest: Callable[[ScriptedRobot], None] = lambda robot: None
-    """Function that commands the mechanisms while no action runs, called at the start and after each action."""
+    """Function that sets the commands of the mechanisms while no action runs.
+
+    The controller calls the function at the start and after each action.
+    """
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -65,20 +74,20 @@ class DriverControls:
             raise ConfigError(f"DriverControls: actions must be at most 4 scripts by name, got {shown(self.actions)}")
 
     def controller(self, match: PlayedMatch, alliance: Alliance, driver: Driver) -> DrivenRobot:
-        """Make a controller that follows a driver's inputs."""
+        """Return a controller that drives the robot according to a driver's inputs."""
         return DrivenRobot(self, match, alliance, driver)
 
 
 class DrivenRobot(ScriptedRobot):
-    """Controller that follows a driver's inputs, for robots with a swerve drive.
+    """Controller that drives a robot with a swerve drive according to a driver's inputs.
 
     The sticks have no effect while an action steers, e.g. to aim. The robot stands still while no person drives.
 
     Args:
-        controls: Action buttons of the driver.
+        controls: Action buttons and robot settings.
         match: Match in which the robot plays.
         alliance: Alliance of the robot.
-        driver: Source of the driver's input.
+        driver: Function that returns the driver's current input, or None while no person drives.
     """
 
     def __init__(self, controls: DriverControls, match: PlayedMatch, alliance: Alliance, driver: Driver) -> None:
@@ -89,19 +98,19 @@ class DrivenRobot(ScriptedRobot):
         self._last = -math.inf
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick of driving, from zero commanded velocity if the robots were disabled before."""
+        """Run one tick of driving; first reset the commanded velocity to zero if the robots were disabled before."""
         if time > self._last + 1.5 * TICK:  # the robots were disabled in between
             super().stop()
         self._last = time
         super().__call__(robot, time)
 
     def accelerate_to(self, vx: float, vy: float, turn: float = 0.0) -> None:
-        """Change the commanded velocity for an action's script, ignoring the sticks in this tick."""
+        """Change the commanded velocity as a command of an action's script; the sticks have no effect in this tick."""
         self._is_steered = True
         super().accelerate_to(vx, vy, turn)
 
     def stop(self) -> None:
-        """Stand still, ignoring the sticks in this tick."""
+        """Command zero velocity for an action's script; the sticks have no effect in this tick."""
         self._is_steered = True
         super().stop()
 
@@ -151,7 +160,7 @@ class HandedOver:
         match: Match in which the robot plays.
         alliance: Alliance of the robot.
         auto: Controller of the robot before a person takes over.
-        driver: Source of the driver's input.
+        driver: Function that returns the driver's current input, or None while no person drives.
         from_teleop: Whether a person can take over only in teleop.
     """
 
@@ -166,7 +175,7 @@ class HandedOver:
         """Whether a person has taken over."""
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick of the first controller or, after a person has taken over, of driving."""
+        """Run one tick of `auto` or, after a person has taken over, of the controller that follows the driver."""
         may = not self._from_teleop or self._match.timer.phase.mode == "teleop"
         self.is_taken = self.is_taken or (may and self._driver() is not None)
         (self._driven if self.is_taken else self._auto)(robot, time)

@@ -1,4 +1,4 @@
-"""Line-ups of whole matches in text form, and the robots and players made from them."""
+"""Lineups of full matches: parse the players, build the robot entries, set the controllers, and play the match."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ __all__ = [
 ]
 
 ME = "me"
-"""Text for the user's robot in a line-up; this robot plays no role."""
+"""Word for the user's robot in a lineup. This robot has no role."""
 _LEVEL = 2
-"""Default level of a player."""
+"""Default skill level of a scripted player."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seat:
-    """Alliance, role and level of the player of one robot."""
+    """Place of a robot in a lineup: alliance, role and skill level."""
 
     alliance: Alliance
     role: str
@@ -51,7 +51,7 @@ class Seat:
 
 
 def find_role(game: Game, name: str) -> Role:
-    """Return a role by name.
+    """Return a game's role by name.
 
     Raises:
         UnknownNameError: If the game has no role of this name.
@@ -65,7 +65,7 @@ def find_role(game: Game, name: str) -> Role:
 
 
 def read_player(game: Game, text: str) -> tuple[str, int]:
-    """Parse the role and level of a player, e.g. `collector:3`; the default level is 2.
+    """Parse a player such as `collector:3`, and return the role and the skill level; the default level is 2.
 
     Raises:
         UnknownNameError: If the game has no role of this name.
@@ -80,9 +80,9 @@ def read_player(game: Game, text: str) -> tuple[str, int]:
 
 
 def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
-    """Parse a line-up and return the seats of its robots, in order of robot number.
+    """Parse a lineup and return the seat of each robot, in order of robot number.
 
-    `me` comes first, followed by the rest of that alliance; without `me`, blue comes first.
+    Robot 0 is `me`, followed by the other robots of the same alliance. Without `me`, the blue robots come first.
 
     Args:
         game: Game to play.
@@ -116,7 +116,10 @@ def lineup(game: Game, *, red: str = "", blue: str = "") -> tuple[Seat, ...]:
 
 
 def entries(game: Game, seats: Sequence[Seat], robot: RobotConfig | None = None) -> tuple[RobotEntry, ...]:
-    """Return the robot entries of a match, with the config of each role and `robot` as the config of `ME`."""
+    """Return one robot entry per seat, in order, with the config of the seat's role.
+
+    The entry for `ME` gets the config `robot`. A config of None selects the game's default robot.
+    """
     return tuple(
         RobotEntry(alliance=seat.alliance, config=robot if role is None else role.config and role.config())
         for seat in seats
@@ -130,12 +133,12 @@ def take_seats(
     me: Callable[[], Controller] | None = None,
     hand_over: Callable[[Match, int, Controller], Controller] | None = None,
 ) -> None:
-    """Set the controllers of a match's robots, active while robots are enabled, and record each robot's player.
+    """Set the controller of each robot, which runs while robots are enabled, and record the robot's player.
 
     Args:
         match: Match with the robots of `entries`.
         seats: Seats of the robots.
-        me: Function that makes the controller of `ME`; None if the robot stands still.
+        me: Function that returns the controller of `ME`; None if the robot stands still.
         hand_over: Function of the match, a robot number and a scripted controller that returns a controller from which
             a person can take over; None if no person can take over.
     """
@@ -159,16 +162,16 @@ def play_match(
     options: Iterable[str] = (),
     **settings: Any,
 ) -> AutoRun:
-    """Run a whole match headless, until the score is final.
+    """Run a whole match headless until the final assessment of the score, with scripted players and the user's robot.
 
     Args:
         game: Game to play.
         seats: Seats of the robots, from `lineup`.
-        me: Function that makes the controller of `ME`, e.g. from `plays`; None if the robot stands still.
+        me: Function of the match that returns the controller of `ME`, e.g. from `plays`; None if `ME` stands still.
         robot: Config of `ME`; None for the game's default robot.
         hand_over: Function that returns a controller from which a person can take over, as in `take_seats`.
         seconds: Simulated time to play [s]; None for the whole match.
-        options: Game options to switch on, in addition to those that are on by default in matches.
+        options: Game options to switch on, in addition to the options that are on by default in matches.
         settings: Further arguments of `simcore.match.runner.play_robots`.
 
     Returns:
@@ -189,12 +192,12 @@ def play_match(
 
 
 def plays(auto: Auto) -> Callable[[PlayedMatch], Controller]:
-    """Return a function that makes a controller for `ME` that plays an auto and then stands still."""
+    """Return a function of a match that returns an auto's controller for robot 0, for use as `me` in `play_match`."""
     return lambda match: auto.controller(match, match.alliances[0])
 
 
 def match_seconds(game: Game) -> float:
-    """Return the duration of a whole match until the score is final [s]."""
+    """Return the duration of a match until the final assessment of the score, plus two ticks [s]."""
     return game.clock.duration + game.assessment + 2.0 * TICK
 
 
@@ -204,11 +207,13 @@ def _maker(match: PlayedMatch, number: int, seat: Seat) -> Callable[[], Controll
 
 
 class WhileEnabled:
-    """Controller that runs an inner controller while robots are enabled, and makes a new one for each auto.
+    """Controller that runs an inner controller while robots are enabled.
+
+    At the start of each auto, the controller makes a new inner controller.
 
     Args:
         match: Match in which the robot plays.
-        make: Function that makes the inner controller.
+        make: Function that returns a new inner controller.
     """
 
     def __init__(self, match: PlayedMatch, make: Callable[[], Controller]) -> None:

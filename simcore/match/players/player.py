@@ -1,8 +1,8 @@
 """Scripted players: robots that play a match by observing the field, planning routes, collecting pieces and shooting.
 
 A player uses only information that a driver has: the robots and pieces at the last look at the field, the match clock,
-the game data, and the pieces, tilt and contacts of the player's robot. Routes are planned on a grid over the carpet.
-`Defense` obeys the pinning rule.
+the game data, and the pieces, tilt and contacts of the player's robot. `RouteMap` plans routes on a grid over the
+field. `Defense` obeys the pinning rule.
 """
 
 from __future__ import annotations
@@ -41,22 +41,22 @@ Place = tuple[float, float]
 _CELL = 0.2  # [m]; size of a grid cell
 _FINE = 4  # sampling points for elements per cell and axis
 _FLAT = 0.05  # [m]; lower elements do not slow a robot down
-_HALF = 0.42  # [m]; half of a robot and a margin: smallest distance from its center to a wall
+_HALF = 0.42  # [m]; half of a robot and a margin: smallest distance from the robot center to a wall
 _CORNER = 0.6  # [m]; a robot that turns at this distance from a wall touches the wall
 _BLOCKED, _TIGHT = 60.0, 1.5  # cost per meter; finite, so that a robot inside a blocked cell finds a way out
-_RAMP = 8.0  # cost per meter; a robot is slow on a ramp, and may land on a piece that lifts its wheels
+_RAMP = 8.0  # cost per meter; a robot is slow on a ramp, and may land on a piece that lifts the wheels
 _ROBOT, _NEAR_ROBOT = (0.85, 12.0), (1.3, 2.0)  # [m] from another robot's center, and the added cost per meter
 _DETOUR = 1.03  # allowed cost of a straight line relative to a route of cells, which has steps of 45 degrees
 
 
 class RouteMap:
-    """Cost map of a field, which finds the cheapest routes.
+    """Grid of driving costs on a field, with a search for the cheapest route.
 
     Args:
-        field: Definition of the field: its symmetry and drivable elements.
+        field: Definition of the field, with the symmetry and the drivable elements.
         elements: Elements of the loaded field.
-        height: Height of the robot, which passes under elements that are higher [m].
-        flipped: Whether to plan for the red alliance.
+        height: Height of the robot [m]; the robot passes under elements above this height.
+        flipped: Whether to flip the field for a red robot, so that routes are in the blue field frame.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class RouteMap:
     def _rasters(
         self, elements: Iterable[FieldElement], drivable: Sequence[str], height: float
     ) -> tuple[BoolArray, BoolArray]:
-        """Return two masks of the fine grid: points that block a robot, and points on drivable elements."""
+        """Return two masks of the fine grid: points on elements that block a robot, and points on drivable elements."""
         fine = (self.shape[0] * _FINE, self.shape[1] * _FINE)
         solid, ramp = np.zeros(fine, dtype=bool), np.zeros(fine, dtype=bool)
         step = np.array(self._step) / _FINE
@@ -120,12 +120,12 @@ class RouteMap:
         return bool(self._to_ramp[self._cell(place)] <= within)
 
     def is_free(self, place: Place) -> bool:
-        """Return whether a position is on the field and far enough from solid elements for the center of a robot."""
+        """Return whether a robot centered at a position is on the field and clear of solid elements."""
         inside = 0.0 < place[0] < self._size[0] and 0.0 < place[1] < self._size[1]
         return inside and bool(self._cost[self._cell(place)] < _BLOCKED)
 
     def route(self, start: Place, goal: Place, others: Sequence[Place] = ()) -> list[Place]:
-        """Return the cheapest route between two positions.
+        """Return the cheapest route between two positions, blue field frame.
 
         Args:
             start: Current position of the robot [m].
@@ -175,7 +175,7 @@ class RouteMap:
         return min(max(i, 0), self.shape[0] - 1), min(max(j, 0), self.shape[1] - 1)
 
     def _line_cost(self, cost: FloatArray, a: Place, b: Place) -> float:
-        """Return the cost of the straight line between two positions."""
+        """Return the driving cost of the straight line between two positions on a cost grid."""
         length = math.dist(a, b)
         steps, ends = max(1, math.ceil(length / (0.5 * _CELL))), np.array((a, b), dtype=np.float64)
         return length * _mean_cost(cost, *self._step, ends, steps)
@@ -183,7 +183,7 @@ class RouteMap:
 
 @compiled
 def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, steps: int) -> float:
-    """Return the mean cost per meter of the cells at evenly spaced points of a line.
+    """Return the mean cost per meter at evenly spaced points of a line, each with the cost of the cell at the point.
 
     Args:
         cost: Cost per meter of each cell, shape (nx, ny).
@@ -202,10 +202,10 @@ def _mean_cost(cost: FloatArray, width: float, depth: float, ends: FloatArray, s
 
 
 def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
-    """Return all pairs of cells that share a side or corner, each pair in both orders, sorted.
+    """Return all pairs of grid cells that share a side or corner, each pair in both orders, sorted by cell.
 
     Returns:
-        First cell of each pair and second cell of each pair, shape (n,) each.
+        Indices of the first cells and of the second cells of the pairs, two arrays of shape (n,).
     """
     number = np.arange(shape[0] * shape[1]).reshape(shape)
     pairs = [
@@ -223,7 +223,7 @@ def _neighbors(shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
 
 _RAMP_SPEED = 1.4  # [m/s]; a faster robot jumps off a ramp
 _AHEAD = 0.6  # [m]; distance at which a robot slows down for a ramp
-_REPLAN = 0.4  # [s]; a route is kept this long while its goal stays within `_MOVED`
+_REPLAN = 0.4  # [s]; a route is kept for this time if the goal moves by less than `_MOVED`
 _MOVED = 0.5  # [m]
 _STUCK, _STUCK_TIME = 0.15, 1.2  # [m], [s]; a robot that moves less than this in this time is stuck
 _BACK_OFF, _SHAKING = 0.6, 4.0  # [s]
@@ -234,34 +234,37 @@ _AIM = 0.8  # [s]; interval between new aiming errors
 _REACHES = 1.3  # [m]; a deployed intake touches opponents that are closer
 _IN_THE_WAY = 1.2  # [s]; time of aiming without a shot after which a robot moves to another place
 _CLUSTER = 0.45  # [m]; size of the cells in which pieces are counted
-_CROWD = 1.3  # [m]; a player mostly leaves pieces this close to another robot to that robot
+_CROWD = 1.3  # [m]; a player prefers pieces farther than this from other robots
 _BEYOND = 0.35  # [m]; distance that a robot drives past the pieces that it collects
 _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
 
 
 @dataclass(frozen=True, slots=True)
 class Skill:
-    """Skill of a player and quality of the robot; docs/whole_match.md has the sources of the numbers."""
+    """Skill of a scripted player and quality of the robot. The sources of the numbers are in docs/whole_match.md."""
 
     speed: float
     """Cruising speed [m/s]."""
     collecting_speed: float
     """Driving speed while taking in pieces [m/s]."""
     aim: float
-    """Standard deviation of a shot's heading [rad]."""
+    """Standard deviation of the heading error of a shot [rad]."""
     shot_speed: float
     """Relative standard deviation of a shot's speed [-]."""
     load: int
-    """Largest number of pieces to collect before going to score."""
+    """Largest number of pieces that the player collects before driving to score."""
     shot_rate: float
-    """Average rate of fire while shooting [1/s]."""
+    """Average number of shots per second while shooting [1/s]."""
     reaction: float
-    """Interval between looks at the field [s]."""
+    """Time between two looks at the field [s]."""
     foresight: float
     """Time in advance at which the player prepares for a scoring opportunity [s]; 0 for no preparation."""
     planning: float
-    """Exponent on the number of pieces in a cluster, which is weighed against distance [-]: 0 ignores the number, 1 is
-    linear."""
+    """Exponent of the number of pieces in the value of a cluster [-].
+
+    With 0, the value does not depend on the number of pieces. With 1, the value is proportional to the number.
+    The player drives to the cluster with the largest ratio of value to distance.
+    """
 
 
 SKILLS = (
@@ -275,12 +278,12 @@ SKILLS = (
 
 @dataclass(frozen=True, slots=True)
 class SeenRobot:
-    """Another robot as of a player's last look at the field."""
+    """State of another robot at a player's last look at the field."""
 
     number: int
     is_opponent: bool
     pose: Pose
-    """Pose of the other robot, in the field frame in which the player is blue [m, m, rad]."""
+    """Pose of the other robot, field frame in which the player is blue [m, m, rad]."""
 
     @property
     def place(self) -> Place:
@@ -289,14 +292,14 @@ class SeenRobot:
 
 
 class Player(ScriptedRobot):
-    """Controller that plays a match by a script, for robots with a swerve drive.
+    """Controller that plays a match according to a script, for a robot with a swerve drive.
 
     Args:
         script: Script to follow.
         match: Match in which the robot plays.
         alliance: Alliance of the robot.
         skill: Skill of the player.
-        settings: Settings for the robot.
+        settings: Settings of the robot.
     """
 
     def __init__(
@@ -307,8 +310,10 @@ class Player(ScriptedRobot):
         self.others: list[SeenRobot] = []
         """Other robots at the last look, in order of robot number."""
         self.seen_pieces: dict[str | None, FloatArray] = {}
-        """Positions of pieces on the carpet at the last look, by kind (None for all kinds), blue field frame [m], shape
-        (n, 3)."""
+        """Positions of the pieces on the carpet at the last look, blue field frame [m], shape (n, 3), by kind.
+
+        The key None contains the pieces of all kinds.
+        """
         self._routes = RouteMap(
             match.game.field, match.field.elements, height=match.game.robot().body.height, flipped=alliance == "red"
         )
@@ -318,13 +323,13 @@ class Player(ScriptedRobot):
         self._has_looked = False
 
     def begin(self, robot: Robot) -> None:
-        """Start the script with a robot, and with a random generator for the player of this robot."""
+        """Start the script for a robot, and create the random number generator of the player."""
         self.rng = self.match.draws.generator("players", robot.number)
         self._looks_at = self._aims_at = self._feeds_at = -math.inf
         super().begin(robot)
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """Run one tick of the script, after a look at the field if the reaction time since the last look has passed."""
+        """Look at the field if the reaction time has passed since the last look, and run one tick of the script."""
         self._has_looked = time >= self._looks_at
         if self._has_looked:
             self._looks_at = time + self.skill.reaction - 0.5 * TICK
@@ -346,17 +351,17 @@ class Player(ScriptedRobot):
 
     @property
     def time(self) -> float:
-        """Match time [s]."""
+        """Current match time [s]."""
         return self.match.timer.time
 
     @property
     def room(self) -> int:
-        """Number of pieces that the player can still take in before going to score."""
+        """Number of further pieces that fit into the robot and that the player's `load` allows."""
         return max(0, min(self.robot.storage.room, self.skill.load - self.held))
 
     @property
     def opponents(self) -> list[SeenRobot]:
-        """Opponents at the last look."""
+        """Robots of the other alliance at the last look at the field."""
         return [other for other in self.others if other.is_opponent]
 
     @property
@@ -372,7 +377,7 @@ class Player(ScriptedRobot):
         return math.dist(self.pose[:2], place)
 
     def touches(self, number: int) -> bool:
-        """Return whether this robot touched the robot with a given number in the last tick."""
+        """Return whether this robot touched robot `number` in the last tick."""
         return (self.robot.number, number) in self.match.contacts.robots
 
     # --- commands of a script ---------------------------------------------------------------------------------------
@@ -380,15 +385,15 @@ class Player(ScriptedRobot):
     def travel(
         self, x: float, y: float, yaw: float, *, speed: float | None = None, timeout: float = 10.0, near: float = 0.12
     ) -> Steps:
-        """Drive around obstacles to a pose and stop there.
+        """Drive around obstacles to a pose and stop at the pose.
 
         Args:
             x: x coordinate of the goal, blue field frame [m].
             y: y coordinate of the goal, blue field frame [m].
             yaw: Heading at the goal [rad].
             speed: Cruising speed [m/s]; None for the skill's speed.
-            timeout: Time after which the robot stops anyway [s].
-            near: Distance from the goal that counts as reached, with a heading error below 4 degrees [m].
+            timeout: Time after which the robot stops in any case [s].
+            near: Distance from the goal at which the robot stops if the heading error is below 4 degrees [m].
         """
         yield from self.pursue(lambda: (x, y, yaw), speed=speed, timeout=timeout, near=near)
         self.stop()
@@ -402,17 +407,17 @@ class Player(ScriptedRobot):
         near: float = 0.12,
         ignored: tuple[int, ...] = (),
     ) -> Steps:
-        """Drive around obstacles to a goal that may change with every look at the field.
+        """Drive around obstacles to a goal that may change with each look at the field.
 
-        A beached robot first drives off the piece under the frame; a stuck robot backs off and plans a new route.
+        A beached robot first drives off the piece under the frame. A stuck robot backs off and then plans a new route.
 
         Args:
             goal: Function that returns the goal pose, blue field frame [m, m, rad], or None to end the pursuit.
             speed: Cruising speed [m/s]; None for the skill's speed.
             timeout: Time after which the pursuit ends [s].
-            near: Distance from the goal that counts as reached, with a heading error below 4 degrees [m]; 0 to go on at
-                the goal.
-            ignored: Numbers of robots to push instead of avoiding.
+            near: Distance from the goal at which the pursuit ends if the heading error is below 4 degrees [m]; 0 to
+                continue at the goal.
+            ignored: Numbers of the robots that this robot pushes instead of avoiding.
         """
         aim: Pose | None = None
         way: list[Place] = []
@@ -450,14 +455,15 @@ class Player(ScriptedRobot):
         timeout: float = 10.0,
         kind: str | None = None,
     ) -> Steps:
-        """Collect pieces until the robot is full or no wanted piece is left.
+        """Deploy the intake and collect pieces until the robot is full or no wanted piece is left.
 
-        The skill's `planning` weighs large clusters against nearer single pieces.
+        The skill's `planning` decides between large clusters and single pieces that are closer. The robot retracts the
+        intake close to opponents.
 
         Args:
             wanted: Function of positions [m], shape (n, 2), that returns a mask of the pieces to collect.
-            until: Function called at every look at the field; a return value of True ends collecting.
-            timeout: Time after which collecting ends [s].
+            until: Function called at each look at the field; a return value of True ends the collection.
+            timeout: Time after which the collection ends [s].
             kind: Kind of pieces to collect; None for any kind.
         """
         front = 0.0 if self.settings.intake_x > 0.0 else math.pi
@@ -481,15 +487,15 @@ class Player(ScriptedRobot):
     def shoot(
         self, target: tuple[float, float, float], *, until: Callable[[], bool] = lambda: False, timeout: float = 6.0
     ) -> Steps:
-        """Shoot all pieces at a target, with random aiming errors that depend on skill and change every 0.8 s.
+        """Shoot all pieces at a target, with random aiming errors that depend on the skill and change every 0.8 s.
 
         A beached robot first drives off the piece under the frame. A robot that cannot shoot for 1.2 s backs away from
         the nearest robot.
 
         Args:
             target: Point to aim at, blue field frame [m].
-            until: Function called every tick; a return value of True ends shooting.
-            timeout: Time after which shooting ends [s].
+            until: Function called in each tick; a return value of True ends the shooting.
+            timeout: Time after which the shooting ends [s].
         """
         yield from self.shake_off()
         since, ends = self.match.time, self.match.time + timeout
@@ -505,16 +511,19 @@ class Player(ScriptedRobot):
                 yield
             self.hold_fire()
             if self.held and self.match.time - since > _IN_THE_WAY and self.others:
-                nearest = min((other.place for other in self.others), key=self.away)  # it may be in the way
+                # the nearest robot may be in the way
+                nearest = min((other.place for other in self.others), key=self.away)
                 yield from self._back_off(nearest)
                 self.stop()
                 since = self.match.time
         yield
 
     def shake_off(self) -> Steps:
-        """Drive off a piece stuck under the raised side of the robot, toward the lower side, for up to 4 s.
+        """Drive a tilted robot toward its lower side, off the piece under the raised side, for up to 4 s.
 
-        A piece under a robot rolls half as far as the robot moves, so the piece is free after two robot lengths.
+        Every 0.6 s the robot picks a direction at random within 1.2 rad of the lower side; the first direction is
+        straight toward the lower side. A piece under a robot rolls half as far as the robot moves, so the piece is free
+        after two robot lengths.
         """
         aside, calm = 0.0, 0
         for number in range(round(_SHAKING / TICK)):
@@ -539,7 +548,7 @@ class Player(ScriptedRobot):
         return super()._is_ready(turn) and self.match.time >= self._feeds_at
 
     def _pace(self, toward: Place, speed: float) -> float:
-        """Return a speed, limited to 1.4 m/s on a ramp or within 0.6 m before a ramp [m/s]."""
+        """Return the speed toward a position [m/s]: `speed`, but at most 1.4 m/s on a ramp and 0.6 m before a ramp."""
         x, y, _ = self.pose
         ahead = max(math.dist((x, y), toward), 1e-9)
         share = min(1.0, _AHEAD / ahead)
@@ -556,7 +565,7 @@ class Player(ScriptedRobot):
             yield
 
     def _best_piece(self, wanted: Callable[[FloatArray], BoolArray], kind: str | None) -> Place | None:
-        """Return the center of the best cluster of wanted pieces [m], or None if no wanted piece was seen."""
+        """Return the center of the most valuable cluster of wanted pieces [m]; None if the player saw no such piece."""
         places = self.seen_pieces[kind][:, :2]
         places = places[wanted(places)]
         if not len(places):
@@ -573,7 +582,7 @@ class Player(ScriptedRobot):
 
 
 PlayScript: TypeAlias = Callable[[Player], Steps]
-"""Function that takes a player and returns the generator of the script's steps."""
+"""Function of a player that returns the generator of a script."""
 
 
 _INTO = 0.3  # [m]; distance from an opponent's center to the goal of a robot that pushes it
@@ -583,13 +592,13 @@ _LONGEST_PIN, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends a
 def make_role(
     script: PlayScript, summary: str, settings: ScriptSettings, config: Callable[[], RobotConfig] | None = None
 ) -> Role:
-    """Make a role with the name of the script function.
+    """Return a role of scripted players; the name of the role is the name of the script function.
 
     Args:
         script: Script of the role.
         summary: One-line description of the script, shown to users.
-        settings: Settings for the robot.
-        config: Function that makes the robot's config; None for the game's default robot.
+        settings: Settings of the robot.
+        config: Function that returns the robot's config; None for the game's default robot.
     """
 
     def controller(match: PlayedMatch, alliance: Alliance, level: int) -> Player:
@@ -599,7 +608,7 @@ def make_role(
 
 
 def idle(player: Player) -> Steps:
-    """Stand still for the whole match."""
+    """Command zero velocity for the whole match."""
     while True:
         player.stop()
         yield
@@ -607,22 +616,23 @@ def idle(player: Player) -> Steps:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Defense:
-    """Defensive play, in which a robot pushes opponents away from their goal."""
+    """Defensive play: a robot pushes opponents away from the opponents' goal."""
 
     goal: Place
     """Position to which opponents bring pieces, in the field frame in which the defender is blue [m]."""
     retreat: Place
-    """Position to which the defender retreats after a long pin or without an opponent to block, in the frame of `goal`
-    [m]."""
+    """Position to which the defender retreats after a long pin or without an opponent to block, frame of `goal` [m]."""
     is_left_alone: Callable[[Player, Place], bool]
-    """Function of the player and an opponent's position, in the frame of `goal` [m], that returns whether the defender
-    avoids this opponent, for example because the rules forbid contact."""
+    """Function that returns whether the defender avoids an opponent, e.g. because the rules forbid contact.
+
+    The arguments are the player and the opponent's position in the frame of `goal` [m].
+    """
 
     def __post_init__(self) -> None:
         require_fields(self, goal=(FIELD_PLACE,) * 2, retreat=(FIELD_PLACE,) * 2)
 
     def play(self, player: Player) -> Steps:
-        """Block the nearest opponent not left alone, again and again, and release it before a pin becomes a foul."""
+        """Repeatedly block the nearest opponent that is not left alone; end a pin before the pin becomes a foul."""
         pinned: dict[int, float] = defaultdict(float)  # time for which each opponent has been pinned [s], by number
         while True:
             wanted = [other for other in player.opponents if not self.is_left_alone(player, other.place)]

@@ -3,12 +3,12 @@
 The modules, from the outermost to the innermost:
 
 - `installation` replaces the libraries with the functions in `emulated_native`.
-- `emulator` holds all devices and steps them.
-- `emulated_talon` and `emulated_peripherals` implement the devices; `emulated_device` holds their base class.
+- `emulator` creates all devices and advances simulated time.
+- `emulated_talon` and `emulated_peripherals` implement the devices. `emulated_device` contains the devices' base class.
 - `control_laws` and `output_stage` compute the output of a motor controller.
-- `emulated_drivetrain` implements the swerve drivetrain with WPILib's published algorithms, fitted to measurements of
-  Phoenix 6 26.3.0 (`tests/adapters/swerve_reference.json`). The module uses plain floats, because the drivetrain is
-  updated 250 times per simulated second.
+- `emulated_drivetrain` implements the swerve drivetrain with WPILib's published algorithms. The implementation is
+  fitted to measurements of Phoenix 6 26.3.0 (`tests/adapters/swerve_reference.json`). The module uses plain floats,
+  because the emulator updates the drivetrain 250 times per simulated second.
 """
 
 from simcore.robotcode.emulator.emulated_device import EnableDelays

@@ -1,13 +1,13 @@
 """Control laws and motion profiles of a motor controller.
 
 A law is a closure over the gains of one slot. `build_plan` creates a law when the request kind, slot or configuration
-changes, and the controller calls the law each step. Setpoints are attributes of the controller, so changing a setpoint
-does not rebuild the law. CTRE's simulation computes its loops when physics writes a sensor and holds the output
-between two writes. Here, one call therefore covers all loops since the last write: a profile advances in closed form,
-and an integral applies the present error to all of those loops.
+changes, and the controller calls the law each step. Setpoints are attributes of `LoopState`, so changing a setpoint
+does not rebuild the law. CTRE's simulation computes its loops when physics writes a sensor, and holds the output
+until the next write. One call of a law therefore covers all loops since the last write: a profile advances in closed
+form, and an integral applies the present error to all of those loops.
 
-Measurements of CTRE's simulation show that a profile's setpoint moves every 10 ms and holds in between. Here, the
-setpoint moves 5, 15, 25 ms after a request, the mean of the possible phases of CTRE's ticks.
+Measurements of CTRE's simulation show that a profile's setpoint moves every 10 ms and is constant between two moves.
+The laws in this module move the setpoint 5, 15, 25 ms after a request, the mean of the possible phases of CTRE's ticks.
 """
 
 from __future__ import annotations
@@ -39,20 +39,20 @@ __all__ = [
 ]
 
 _FULL_VOLTS = 12.0
-"""Voltage of the ideal motor in Motion Magic Expo, independent of the battery voltage [V]."""
+"""Supply voltage of the ideal motor in Motion Magic Expo, independent of the battery voltage [V]."""
 _Segment = tuple[float, float, float, float, float]
 """Profile segment: start time [s]; position, velocity and acceleration at the start; constant jerk."""
 
 
 def _ramp(v0: float, a0: float, v1: float, limit: float, jerk: float) -> list[tuple[float, float, float]]:
-    """Return the constant-jerk segments from (v0, a0) to (v1, 0), each as (duration, initial acceleration, jerk).
+    """Return the constant-jerk segments of a velocity change, as tuples (duration, initial acceleration, jerk).
 
     Args:
         v0: Velocity at the start.
         a0: Acceleration at the start.
-        v1: Velocity at the end.
+        v1: Velocity at the end, where the acceleration is zero.
         limit: Largest acceleration, > 0.
-        jerk: Largest jerk; 0 for no limit, which lets the acceleration jump.
+        jerk: Largest jerk; 0 for no limit, with steps in the acceleration.
     """
     if jerk <= 0.0:
         return [(abs(v1 - v0) / limit, math.copysign(limit, v1 - v0), 0.0)] if v1 != v0 else []
@@ -64,7 +64,7 @@ def _ramp(v0: float, a0: float, v1: float, limit: float, jerk: float) -> list[tu
 
 
 def _distance(v0: float, pieces: list[tuple[float, float, float]]) -> tuple[float, float]:
-    """Return the distance travelled over the pieces and the final velocity."""
+    """Return the distance and the final velocity of constant-jerk segments that start at velocity `v0`."""
     p, v = 0.0, v0
     for t, a, j in pieces:
         p += t * (v + t * (0.5 * a + t * j / 6.0))
@@ -73,25 +73,25 @@ def _distance(v0: float, pieces: list[tuple[float, float, float]]) -> tuple[floa
 
 
 class Profile:
-    """Base class of all profiles: the state of the setpoint, and a plan of constant-jerk segments."""
+    """Base class of all profiles, with the present setpoint and a plan of constant-jerk segments."""
 
     __slots__ = ("_key", "_pieces", "_t", "acc", "done", "p", "v")
 
     def __init__(self) -> None:
         self.p = self.v = self.acc = 0.0
         self.done = True
-        """Whether the setpoint has reached its goal."""
+        """Whether the setpoint has reached the goal."""
         self._key: tuple[float, ...] | None = None
         self._pieces: list[_Segment] = []
         self._t = 0.0
 
     def start(self, position: float, velocity: float) -> None:
-        """Restart the profile from a position and velocity, with zero acceleration."""
+        """Move the setpoint to a position and velocity with zero acceleration, and discard the plan."""
         self.p, self.v, self.acc = position, velocity, 0.0
         self._key = None
 
     def _set_plan(self, pieces: list[tuple[float, float, float]]) -> None:
-        """Store a plan that begins at the present state."""
+        """Replace the plan with segments (duration, initial acceleration, jerk) that start at the present setpoint."""
         t, p, v = 0.0, self.p, self.v
         self._pieces = []
         for duration, a, j in pieces:
@@ -104,7 +104,7 @@ class Profile:
         self._t = 0.0
 
     def _follow(self, dt: float) -> None:
-        """Move the setpoint along the plan by dt [s]."""
+        """Advance the setpoint along the plan by dt [s], and update `done`."""
         pieces = self._pieces
         t = self._t = self._t + dt
         while len(pieces) > 1 and pieces[1][0] <= t:
@@ -118,18 +118,18 @@ class Profile:
 
 
 class SCurve(Profile):
-    """Profile from any state to rest at a goal, with limited velocity, acceleration and jerk."""
+    """Position profile from any state to rest at a goal, with limited velocity, acceleration and jerk."""
 
     __slots__ = ()
 
     def advance(self, goal: float, cruise: float, acceleration: float, jerk: float, dt: float) -> None:
-        """Advance by dt [s] towards the goal.
+        """Advance the setpoint by dt [s] towards the goal.
 
         Args:
             goal: Final position, at rest.
             cruise: Largest velocity; 0 for no limit.
-            acceleration: Largest acceleration; 0 holds the setpoint.
-            jerk: Largest jerk; 0 for a trapezoid.
+            acceleration: Largest acceleration; 0 to hold the present position.
+            jerk: Largest jerk; 0 for a trapezoidal velocity profile.
             dt: Step [s].
         """
         key = (goal, cruise, acceleration, jerk)
@@ -174,12 +174,12 @@ class SCurve(Profile):
 
 
 class VelocityRamp(Profile):
-    """Profile of the velocity setpoint with limited acceleration and jerk; `p` is unused."""
+    """Profile of the velocity setpoint with limited acceleration and jerk. `p` is unused."""
 
     __slots__ = ()
 
     def advance(self, goal: float, acceleration: float, jerk: float, dt: float) -> None:
-        """Advance by dt [s] towards the goal velocity; an acceleration of 0 holds the present velocity."""
+        """Advance the setpoint by dt [s] towards the goal velocity. An `acceleration` of 0 holds the setpoint."""
         key = (goal, acceleration, jerk)
         if key != self._key:
             limit = abs(acceleration)
@@ -192,7 +192,7 @@ class VelocityRamp(Profile):
 
 
 class Expo(Profile):
-    """Profile of an ideal motor at 12 V: v' = (u - kV v) / kA with u = 12 V at first and -12 V to brake."""
+    """Position profile of an ideal motor: v' = (u - kV v) / kA, with u = 12 V to accelerate and -12 V to brake."""
 
     __slots__ = ("_legs",)
 
@@ -201,13 +201,13 @@ class Expo(Profile):
         self._legs: list[tuple[float, float, float, float, float]] = []
 
     def advance(self, goal: float, kv: float, ka: float, cruise: float, dt: float) -> None:
-        """Advance by dt [s] towards the goal.
+        """Advance the setpoint by dt [s] towards the goal.
 
         Args:
             goal: Final position, at rest.
             kv: Voltage per unit of velocity.
             ka: Voltage per unit of acceleration.
-            cruise: Largest velocity; 0 for no limit below the motor's free speed.
+            cruise: Largest velocity; 0 for the ideal motor's free speed.
             dt: Step [s].
         """
         key = (goal, kv, ka, cruise)
@@ -241,7 +241,7 @@ class Expo(Profile):
         cruise = min(cruise, final * (1.0 - 1e-9))
 
         def leg(v0: float, v1: float, end: float) -> tuple[float, float]:
-            """Return the time and distance from v0 to v1 for a motor whose velocity tends to `end`."""
+            """Return the time and distance from v0 to v1 for a motor with the free speed `end`."""
             t = tau * math.log((v0 - end) / (v1 - end))
             return t, end * t + tau * (v0 - v1)
 
@@ -289,7 +289,10 @@ _OFFSET = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gains:
-    """Gains of one slot: output in volts, duty cycle or amperes, per rotation, rotation/s or rotation/s^2."""
+    """Gains of one slot.
+
+    The output unit is volts, duty cycle or amperes. The input unit is rotations, rotations/s or rotations/s^2.
+    """
 
     kp: float = 0.0
     ki: float = 0.0
@@ -301,7 +304,7 @@ class Gains:
     arm: bool = False
     """Whether kG is multiplied by the cosine of the position (arm) instead of being constant (elevator)."""
     sign_of_error: bool = False
-    """Whether kS takes the sign of the closed-loop error instead of the sign of the setpoint velocity."""
+    """Whether kS has the sign of the closed-loop error instead of the sign of the setpoint velocity."""
     kg_offset: float = 0.0
     """Offset added to the position before the cosine [rotations]."""
 
@@ -327,12 +330,12 @@ def gains_of(config: Mapping[int, Setting], slot: int) -> Gains:
 PROFILE_LOOPS = 10
 """Number of control loops between two moves of a profile's setpoint."""
 Law = Callable[[int], float]
-"""Function that returns the output after a number of control loops [V, duty cycle or A]."""
+"""Control law: a function that returns the output [V, duty cycle or A] for the control loops since the last call."""
 
 
 @dataclass(slots=True)
 class LoopState:
-    """State of a motor controller's control loop, with the signs that robot code uses."""
+    """State of a motor controller's control loop, with robot code's sign of position, velocity and output."""
 
     pos: float = 0.0
     """Position of the configured sensor [mechanism rotations]."""
@@ -341,7 +344,7 @@ class LoopState:
     acc: float = 0.0
     """Acceleration of the configured sensor [mechanism rotations/s^2]."""
     output: float = 0.0
-    """Output of an open-loop request, in the unit of the request."""
+    """Output of an open-loop request [V, duty cycle or A]."""
     goal_p: float = 0.0
     """Position setpoint [mechanism rotations]."""
     goal_v: float = 0.0
@@ -349,21 +352,21 @@ class LoopState:
     goal_a: float = 0.0
     """Acceleration setpoint [mechanism rotations/s^2]."""
     feed_forward: float = 0.0
-    """Feed-forward, in the unit of the output."""
+    """Feed-forward of the request [V, duty cycle or A]."""
     limits: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Limits of the profile: cruise velocity, acceleration and jerk, or cruise velocity, kV and kA."""
+    """Limits of the profile: cruise velocity, acceleration and jerk; for Expo, cruise velocity, kV and kA."""
     integral: float = 0.0
-    """Integral term of the output."""
+    """Integral term of the output [V, duty cycle or A]."""
     pid_out: float = 0.0
-    """Output of the control law."""
+    """Output of the control law [V, duty cycle or A]."""
     err: float = 0.0
-    """Closed-loop error."""
+    """Closed-loop error [mechanism rotations or rotations/s]."""
     derr: float = 0.0
-    """Rate of change of the closed-loop error."""
+    """Rate of change of the closed-loop error [mechanism rotations/s or rotations/s^2]."""
     ref: float = 0.0
-    """Closed-loop reference."""
+    """Closed-loop reference: the present setpoint [mechanism rotations or rotations/s]."""
     slope: float = 0.0
-    """Rate of change of the closed-loop reference."""
+    """Rate of change of the closed-loop reference [mechanism rotations/s or rotations/s^2]."""
     scurve: SCurve = field(default_factory=SCurve)
     expo: Expo = field(default_factory=Expo)
     velocity_ramp: VelocityRamp = field(default_factory=VelocityRamp)
@@ -371,7 +374,7 @@ class LoopState:
     """Number of control loops since the profile's setpoint last moved."""
 
     def start(self) -> None:
-        """Reset the integral and restart all profiles from the present state, for a new request."""
+        """Reset the integral and output, and restart all profiles at the present state, for a new request."""
         self.integral = self.pid_out = 0.0
         self.profile_loops = PROFILE_LOOPS // 2
         self.scurve.start(self.pos, self.vel)
@@ -385,7 +388,10 @@ def _sign(value: float) -> float:
 
 
 def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) -> Callable[..., float]:
-    """Return a function that sums feedback and feed-forward; kS may follow the error only in position control."""
+    """Return a function that computes the sum of PID feedback and feed-forward.
+
+    With `on_position` (position control), kS has the sign of the error if the gains select this sign.
+    """
     kp, ki, kd, ks, kv, ka, kg = g.kp, g.ki, g.kd, g.ks, g.kv, g.ka, g.kg
     arm, offset = g.arm, g.kg_offset
     on_error = g.sign_of_error and on_position
@@ -400,7 +406,7 @@ def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) 
             return out
         if ki:
             step = ki * error * loops * LOOP
-            # Anti-windup: outside the output range the integral may only shrink.
+            # Anti-windup: outside the output range, the integral may only shrink.
             if low < out + m.integral < high or step * m.integral < 0.0:
                 m.integral = min(max(m.integral + step, low), high)
             out += m.integral
@@ -414,7 +420,7 @@ def _pid(m: LoopState, g: Gains, peaks: tuple[float, float], on_position: bool) 
 
 
 def position_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool) -> Law:
-    """Return the law of position control; with `wrap`, the error is at most half a rotation."""
+    """Return the law of position control. `wrap` limits the error to half a rotation in either direction."""
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
@@ -429,7 +435,7 @@ def position_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: b
 
 
 def velocity_law(m: LoopState, gains: Gains, peaks: tuple[float, float]) -> Law:
-    """Return the law of velocity control."""
+    """Return the law of velocity control, with the acceleration setpoint as feed-forward."""
     pid = _pid(m, gains, peaks, False)
 
     def law(loops: int) -> float:
@@ -451,14 +457,14 @@ def _follow_profile(m: LoopState, pid: Callable[..., float], profile: SCurve | E
 
 
 def _elapsed(m: LoopState, loops: int) -> float:
-    """Return the time by which a profile's setpoint advances in this call [s]; 0 if the setpoint holds."""
+    """Count control loops, and return the time by which the profile's setpoint advances now [s]; 0 for no move."""
     elapsed = m.profile_loops + loops
     moves, m.profile_loops = divmod(elapsed, PROFILE_LOOPS)
     return moves * (PROFILE_LOOPS * LOOP)
 
 
 def _shift_to_nearest(profile: SCurve | Expo, goal: float) -> None:
-    """Restart the profile at a setpoint shifted by whole turns, if the goal is more than half a turn away."""
+    """Restart the profile with the setpoint shifted by whole turns if the goal is more than half a turn away."""
     turns = math.floor(goal - profile.p + 0.5)
     if turns:
         profile.start(profile.p + turns, profile.v)
@@ -472,7 +478,7 @@ def _profiled(
     profile: SCurve | Expo,
     advance: Callable[[float], None],
 ) -> Law:
-    """Return the law of position control along a profile; `advance` advances the profile by a time [s]."""
+    """Return the law of position control along a profile. `advance` advances the profile by a time [s]."""
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
@@ -487,7 +493,7 @@ def _profiled(
 
 
 def motion_magic_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: SCurve) -> Law:
-    """Return the law of position control along a profile with limited velocity, acceleration and jerk."""
+    """Return the law of Motion Magic: position control along a profile with limited velocity, acceleration and jerk."""
 
     def advance(dt: float) -> None:
         cruise, acceleration, jerk = m.limits
@@ -497,7 +503,7 @@ def motion_magic_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wra
 
 
 def motion_magic_expo_law(m: LoopState, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: Expo) -> Law:
-    """Return the law of position control along the profile of an ideal motor at 12 V."""
+    """Return the law of Motion Magic Expo: position control along the profile of an ideal motor at 12 V."""
 
     def advance(dt: float) -> None:
         cruise, kv, ka = m.limits
@@ -507,7 +513,7 @@ def motion_magic_expo_law(m: LoopState, gains: Gains, peaks: tuple[float, float]
 
 
 def motion_magic_velocity_law(m: LoopState, gains: Gains, peaks: tuple[float, float], profile: VelocityRamp) -> Law:
-    """Return the law of velocity control along a ramp with limited acceleration and jerk."""
+    """Return the law of Motion Magic Velocity: velocity control along a ramp with limited acceleration and jerk."""
     pid = _pid(m, gains, peaks, False)
 
     def law(loops: int) -> float:
@@ -526,7 +532,7 @@ REQ_COAST, REQ_BRAKE, REQ_TRAPEZOIDAL, REQ_TORQUE, REQ_FOC = (
     int(BridgeOutputValue[f"BRIDGE_REQ_{name}"].value)
     for name in ("COAST", "BRAKE", "TRAPEZ", "FOC_TORQUE", "FOC_EASY")
 )
-"""Bridge states as reported by `get_bridge_output`."""
+"""Bridge states (`BridgeOutputValue`) that `get_bridge_output` reports."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -543,7 +549,7 @@ class ControlPlan:
     mode: int
     """Reported control mode (`ControlModeValue`)."""
     drives: int
-    """Bridge state (`BridgeOutputValue`) outside neutral."""
+    """Reported bridge state (`BridgeOutputValue`) while the bridge is not neutral."""
     unit_number: int
     """Unit of the closed-loop output: 0 duty cycle, 1 volts, 2 amperes."""
     on_velocity: bool
@@ -606,7 +612,10 @@ def _law_and_stage(
 
 
 def limits_of(config: Mapping[int, Setting], kind: RequestKind, args: tuple[float, ...]) -> tuple[float, float, float]:
-    """Return `LoopState.limits` of a profile: values in the request, else values in the configuration."""
+    """Return the `LoopState.limits` of a profile request.
+
+    A value in the request takes precedence over the value in the configuration.
+    """
     c = config
     field = kind.slots
     dynamic = kind.name.startswith("Dynamic")

@@ -1,4 +1,4 @@
-"""Base class of emulated devices: configuration, status frames, faults, requests, clock and enable signal."""
+"""Base class of emulated devices, with control requests, configuration, faults, clock and enable signal."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Unit(enum.Enum):
 
 
 class Axis(enum.Enum):
-    """Quantity or neutral behavior that a request controls."""
+    """Controlled quantity or motor behavior that a control request selects."""
 
     OPEN = "open loop"
     VELOCITY = "velocity"
@@ -90,12 +90,12 @@ _AMPERE_TAIL = ("override_coast_dur_neutral", *_VOLT_TAIL[1:])
 
 @dataclass(frozen=True, eq=False)
 class RequestKind:
-    """One kind of control request."""
+    """Kind of control request, with the controlled quantity, output unit and arguments."""
 
     name: str
     """Name of the Phoenix 6 class, for example `VoltageOut`."""
     axis: Axis
-    """Controlled quantity or neutral behavior."""
+    """Controlled quantity or motor behavior."""
     unit: Unit
     """Unit of the output."""
     fields: tuple[str, ...]
@@ -150,18 +150,18 @@ def _kinds() -> list[RequestKind]:
 
 
 REQUESTS: dict[str, RequestKind] = {kind.name: kind for kind in _kinds()}
-"""Modelled control requests, by name."""
+"""Modelled control requests, by Phoenix 6 class name."""
 
 
 Setting = float | int
-"""Configuration value: a float (kind f), an integer or enum (kind s), or a boolean (kind b)."""
+"""Configuration value: a float (kind "f" in the library's format), an integer or enum ("s"), or a boolean ("b")."""
 
 _FLOAT = struct.Struct("<f")
 _INT = struct.Struct("<i")
 
 
 def single(value: float) -> float:
-    """Return the value rounded to single precision, the precision of a device."""
+    """Return the value rounded to single precision, in which a device stores its settings."""
     return float(_FLOAT.unpack(_FLOAT.pack(value))[0])
 
 
@@ -176,12 +176,15 @@ def number_of(bits: int) -> float:
 
 
 def config_line(spn: int, kind: str, value: float | int) -> str:
-    """Return one configuration line in the library's format, `1877,f_0.5` (f: float; s: integer, enum; b: boolean)."""
+    """Return one configuration line in the library's format, for example `1877,f_0.5`.
+
+    The kind is "f" for a float, "s" for an integer or enum, and "b" for a boolean.
+    """
     return f"{spn},{kind}_{value:.9g}\n" if kind == "f" else f"{spn},{kind}_{int(value)}\n"
 
 
 def parse_config(text: str) -> dict[int, Setting]:
-    """Parse configuration lines into settings by number; kind f becomes a float, all other kinds an int.
+    """Parse configuration lines into settings by number: floats for kind f, and integers for kinds s and b.
 
     Raises:
         ValueError: A line is not of the form `number,kind_value`.
@@ -203,7 +206,7 @@ def parse_config(text: str) -> dict[int, Setting]:
 
 
 def config_answer(settings: Mapping[int, Setting]) -> str:
-    """Return a device's reply to a configuration read: every setting as `s_` with the 32 bits of the value."""
+    """Return a device's reply to a configuration read: a line for each setting, with kind s and the value's 32 bits."""
     return "".join(
         f"{spn},s_{bits_of(value) if isinstance(value, float) else value}\n" for spn, value in settings.items()
     )
@@ -216,9 +219,10 @@ LOOP = 1e-3
 
 
 class SimulatedClock:
-    """Simulated time since the devices were switched on, as `phoenix6.utils.get_current_time_seconds()` returns it.
+    """Clock of simulated time since power-up of the devices.
 
-    The clock counts whole nanoseconds and therefore never drifts. Devices run a control loop every millisecond.
+    `phoenix6.utils.get_current_time_seconds()` returns this time. The clock counts whole nanoseconds, so rounding
+    errors do not accumulate. Devices run a control loop every millisecond.
     """
 
     __slots__ = ("loop_ns", "next_frame_ns", "ns")
@@ -232,7 +236,7 @@ class SimulatedClock:
         """Earliest time at which a device may send a status frame [ns]; 0 after a change of devices or rates."""
 
     def reset(self, start: float = 0.0) -> None:
-        """Set the clock to `start` [s]."""
+        """Set simulated time and the time of the last control loop to `start` [s]."""
         self.ns = self.loop_ns = round(start * 1e9)
         self.next_frame_ns = 0
 
@@ -251,9 +255,12 @@ class EnableDelays:
     """Delays from the enable feed to the devices' response."""
 
     enable: float = 0.045
-    """Delay from first feed to first volts [s]; measured 49 ms from the driver station, including 4 ms to the feed."""
+    """Delay from the first feed to the first motor voltage [s].
+
+    The measured delay from the driver station is 49 ms, which includes 4 ms from the driver station to the feed.
+    """
     disable: float = 0.080
-    """Delay from a feed of 0 ms to zero output [s]; measured 86 ms from the driver station."""
+    """Delay from a feed of 0 ms to zero output [s]. The measured delay from the driver station is 86 ms."""
 
     def __post_init__(self) -> None:
         if not (0.0 <= self.enable < 1.0 and 0.0 <= self.disable < 1.0):
@@ -261,10 +268,10 @@ class EnableDelays:
 
 
 class EnableState:
-    """Enable signal of all devices, delayed from the feed to the devices.
+    """Enable signal of all devices, with a delay between the library's enable feed and the devices.
 
-    In CTRE's simulation, on the wall clock, a device starts driving 49 ms after the driver station enables the robot
-    and stops 86 ms after the driver station disables it. Most of each delay is the period of the enable frame.
+    In CTRE's simulation in real time, a device starts to drive 49 ms after the driver station enables the robot, and
+    stops 86 ms after the driver station disables the robot. Most of each delay is the period of the enable frame.
 
     Args:
         clock: Clock of simulated time.
@@ -282,7 +289,10 @@ class EnableState:
         self._until = -1
 
     def feed(self, milliseconds: int) -> None:
-        """Enable the devices for a duration from now [ms]; 0 disables the devices."""
+        """Feed the enable signal for a duration from now [ms]. A duration of 0 disables the devices.
+
+        The devices respond after the enable or disable delay.
+        """
         # The feed runs on its own thread. When a feed coincides with a physics step, either may run first. Rounding the
         # time up to the feed's period gives the same result in both orders.
         now = -(-self._clock.ns // _PERIOD_NS) * _PERIOD_NS
@@ -303,7 +313,7 @@ class EnableState:
 
     @property
     def is_enabled(self) -> bool:
-        """Whether the devices are enabled."""
+        """Whether the devices are enabled at the present simulated time."""
         return self._since <= self._clock.ns < self._until
 
 
@@ -340,7 +350,7 @@ class FaultFlags:
             self._sticky |= active
 
     def clear(self, setting: int) -> bool:
-        """Clear the sticky faults addressed by a setting; return False if the setting clears no fault."""
+        """Clear the sticky faults that a setting addresses; return whether the setting is a clear command."""
         if setting == _CLEAR_ALL:
             self._sticky.clear()
             return True
@@ -351,7 +361,10 @@ class FaultFlags:
         return True
 
     def read(self, spn: int) -> float | None:
-        """Return 1 or 0 for a fault, the number of faults for a fault total, or None for any other signal."""
+        """Return the value of a fault signal: 1 or 0 for one fault, or the number of faults for a total.
+
+        The method returns None for any other signal.
+        """
         if spn in _STICKY:
             return float(_STICKY[spn] in self._sticky)
         if spn in _ALL:
@@ -367,9 +380,9 @@ _ALL = frozenset(FAULTS.values())
 
 
 COMPLIANCY = 19
-"""API compliancy level between library and firmware in 26.x."""
+"""API compliancy level that the devices report, as Phoenix 6 26.x requires."""
 VERSION = (26, 3, 0, 0)
-"""Firmware version reported by the devices."""
+"""Firmware version that the devices report."""
 _CONSTANTS = {
     SpnValue.COMPLIANCY_VERSION.value: COMPLIANCY,
     SpnValue.VERSION_MAJOR.value: VERSION[0],
@@ -382,16 +395,18 @@ _CONSTANTS = {
 _RESET_FLAGS = SpnValue.STARTUP_RESET_FLAGS.value
 
 DEFAULT_HZ = 100.0
-"""Default status frame rate of every device [Hz]; every simulated bus is CAN FD."""
+"""Default status frame rate on CAN FD, the type of every simulated bus [Hz]."""
 
 
 def period_of(hz: float) -> int:
-    """Return the frame period for a rate: whole milliseconds from 1 to 250 [ms]; 0 for a rate of 0."""
+    """Return the frame period for a rate [Hz] in whole milliseconds, from 1 to 250; 0 for a rate of 0 or less."""
     return 0 if hz <= 0.0 else min(max(int(1000.0 / hz), 1), 250)
 
 
 class EmulatedDevice:
-    """Emulated device; robot code reads the device's last status frame.
+    """Base class of emulated devices.
+
+    Robot code reads a device's signals from the last status frame instead of the present state.
 
     Args:
         address: CAN ID and bus.
@@ -408,7 +423,7 @@ class EmulatedDevice:
     type_number: ClassVar[int] = -1
     """Device type number (`phoenix6.sim.device_type.DeviceType`)."""
     signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {}
-    """Function that reads a signal from a status frame, by signal number."""
+    """Functions that return a signal's value from a status frame, by signal number."""
 
     def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
         self.address = address
@@ -430,7 +445,17 @@ class EmulatedDevice:
     # ---- configuration
 
     def configure(self, settings: Mapping[int, Setting], *, reset_others: bool = False) -> None:
-        """Apply settings and commands; with `reset_others`, reset all other settings to their factory defaults."""
+        """Store settings, clear sticky faults and execute commands.
+
+        With `reset_others`, all settings that are not in `settings` return to the factory defaults.
+
+        Args:
+            settings: Values of settings and commands, by number.
+            reset_others: Whether to reset all other settings.
+
+        Raises:
+            NotImplementedError: A command is not modelled.
+        """
         known = {spn: value for spn, value in settings.items() if spn in self.defaults}
         for spn, value in settings.items():
             if spn not in self.defaults and not self.fault_flags.clear(spn):
@@ -443,7 +468,7 @@ class EmulatedDevice:
         self.configured()
 
     def configured(self) -> None:
-        """Update the device after a change of configuration; this base class does nothing."""
+        """Update the device after a change of configuration. This base class does nothing."""
 
     def command(self, spn: int, value: float) -> None:
         """Execute a setting that is a command rather than a stored value, for example a new position.
@@ -456,17 +481,17 @@ class EmulatedDevice:
     # ---- requests
 
     def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
-        """Receive a control request from robot code.
+        """Apply a control request from robot code. This base class supports no requests.
 
         Raises:
-            NotImplementedError: The device does not support the request.
+            NotImplementedError: The request is not modelled.
         """
         raise NotImplementedError(f"{self!r}: control request {kind.name} is not modelled in simulated time")
 
     # ---- physics
 
     def set_input(self, name: str, value: float) -> None:
-        """Set a `sim_state` input from physics; this base class accepts the supply voltage.
+        """Set a `sim_state` input from physics. This base class accepts the supply voltage, raised to at least 4 V.
 
         Raises:
             NotImplementedError: The input is not modelled.
@@ -477,17 +502,17 @@ class EmulatedDevice:
         raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
 
     def get_value(self, name: str) -> float | None:
-        """Return the `sim_state` value called `name`, or None without such a value; this base class has no values."""
+        """Return the `sim_state` value `name`, or None for an unknown name. This base class has no values."""
         return None
 
     # ---- status
 
     def sample(self) -> Any:
-        """Return a new status frame with the present state."""
+        """Return a new status frame with the present state. Each subclass implements this method."""
         raise NotImplementedError
 
     def send_frame(self) -> None:
-        """Send a status frame, so that robot code reads the present state."""
+        """Store the present readings and time as the status frame that robot code reads."""
         self.frame = self.sample()
         self.frame_ns = self.clock.ns
 
@@ -496,41 +521,47 @@ class EmulatedDevice:
         return spn
 
     def read(self, spn: int) -> tuple[float, float, int] | None:
-        """Return (value, time [s], number of the signal that defines the units); None if `spn` is not modelled."""
+        """Return the value of a signal, the time of the value [s] and the number of the signal that defines the units.
+
+        The method returns None if signal `spn` is not modelled.
+        """
         signal = self.signals.get(spn)
         if signal is not None:
             return signal(self.frame), self.frame_ns * 1e-9, self.units_of(spn)
         if spn in _CONSTANTS:
             return _CONSTANTS[spn], self.clock.now, spn
         if spn == _RESET_FLAGS:
-            return 0.0, 0.0, spn  # a device that has not reset since power-up never sends these flags
+            return 0.0, 0.0, spn  # a device sends these flags only after a reset
         fault = self.fault_flags.read(spn)
         return None if fault is None else (fault, self.frame_ns * 1e-9, spn)
 
     def set_rate(self, hz: float) -> None:
-        """Set the rate of the status frame [Hz]; 0 turns the frame off."""
+        """Set the rate of the status frame [Hz] and schedule the next frame; 0 turns the frame off."""
         self.period_ms = period_of(hz)
         self.clock.next_frame_ns = 0
         period = self.period_ms * 1_000_000
         if period:
-            # All frames of one rate are sent together, half a period after each multiple of the period. Robot code that
-            # reads at a multiple of the period gets a value half a period old, the average age on the wall clock.
+            # Devices send all frames of one rate together, half a period after each multiple of the period. Robot code
+            # that reads at a multiple of the period gets a value half a period old, the average age on the wall clock.
             self.due_ns = (self.clock.ns - period // 2) // period * period + period // 2 + period
 
     def ask_rate(self, spn: int, hz: float) -> None:
-        """Set the rate of one signal [Hz]; the status frame uses the fastest requested rate of all signals."""
+        """Request a rate for one signal [Hz], and ignore a signal that is not in the status frame.
+
+        The status frame uses the fastest requested rate of all signals.
+        """
         if spn not in self.signals:
-            return  # versions, faults and constants are in other frames, whose rate has no effect here
+            return  # versions, faults and constants are in frames that are not modelled
         self._asked[spn] = hz
         self.set_rate(max(self._asked.values()))
 
     def optimize_rate(self, hz: float) -> None:
-        """Set the rate [Hz] unless robot code has set the rate of a signal."""
+        """Set the rate of the status frame [Hz], unless robot code has requested the rate of a signal."""
         if not self._asked:
             self.set_rate(hz)
 
     def reset_rate(self) -> None:
-        """Reset the status frame to the default rate, and forget the requested rates of all signals."""
+        """Discard the requested rates of all signals, and set the status frame to the default rate."""
         self._asked.clear()
         self.set_rate(DEFAULT_HZ)
 

@@ -53,7 +53,7 @@ Pose: TypeAlias = tuple[float, float, float]
 
 
 def wrap(angle: float) -> float:
-    """Return the equivalent angle within -pi..pi [rad]."""
+    """Return the equivalent angle from -pi to pi [rad]."""
     return math.remainder(angle, math.tau)
 
 
@@ -72,20 +72,23 @@ def exp(start: Pose, dx: float, dy: float, turn: float) -> Pose:
 
 
 def between(start: Pose, end: Pose) -> Pose:
-    """Return `end` relative to `start`, in the frame of `start`."""
+    """Return the pose `end` in the frame of the pose `start`."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     cos, sin = math.cos(start[2]), math.sin(start[2])
     return cos * dx + sin * dy, cos * dy - sin * dx, wrap(end[2] - start[2])
 
 
 def then(start: Pose, way: Pose) -> Pose:
-    """Transform `way`, a pose in the frame of `start`, to the field frame."""
+    """Transform the pose `way` from the frame of `start` to the field frame, without wrapping the heading."""
     cos, sin = math.cos(start[2]), math.sin(start[2])
     return start[0] + cos * way[0] - sin * way[1], start[1] + sin * way[0] + cos * way[1], start[2] + way[2]
 
 
 def interpolate(start: Pose, end: Pose, part: float) -> Pose:
-    """Return the pose at fraction `part` of the arc from `start` to `end`, as WPILib's Pose2d.Interpolate does."""
+    """Return the pose at fraction `part` of the constant twist from `start` to `end`.
+
+    Source: WPILib's Pose2d.Interpolate.
+    """
     x, y, turn = between(start, end)
     half = 0.5 * turn
     # inverse of `exp`: half the turn divided by the tangent of half the turn
@@ -95,7 +98,7 @@ def interpolate(start: Pose, end: Pose, part: float) -> Pose:
 
 
 class Kinematics:
-    """Kinematics of a swerve drive.
+    """Inverse and forward kinematics of a swerve drive.
 
     Args:
         positions: Module positions (x, y) relative to the robot's center [m].
@@ -122,8 +125,8 @@ class Kinematics:
             vx: Forward velocity [m/s].
             vy: Leftward velocity [m/s].
             omega: Yaw rate, counter-clockwise positive [rad/s].
-            center_x: Distance of the center of rotation forward of the robot's center [m].
-            center_y: Distance of the center of rotation to the left of the robot's center [m].
+            center_x: x coordinate of the center of rotation, robot frame [m].
+            center_y: y coordinate of the center of rotation, robot frame [m].
         """
         if vx == 0.0 and vy == 0.0 and omega == 0.0:
             return [(0.0, heading) for heading in self._headings]
@@ -141,10 +144,10 @@ class Kinematics:
         """Return the rigid motion that best fits the modules' motions (least squares).
 
         Args:
-            moves: Velocity or travel (x, y) of each module, robot frame.
+            moves: Velocity (x, y) [m/s] or travel (x, y) [m] of each module, robot frame.
 
         Returns:
-            Motion of the robot's center: x, y, rotation.
+            Velocity (x, y, yaw rate) [m/s, m/s, rad/s] or travel (x, y, turn) [m, m, rad] of the robot's center.
         """
         sx = sy = turn = 0.0
         for (mx, my), (ax, ay) in zip(moves, self._arms, strict=True):
@@ -156,7 +159,7 @@ class Kinematics:
 
 
 def desaturate(states: list[tuple[float, float]], limit: float) -> list[tuple[float, float]]:
-    """Return the module states, with all speeds scaled by one factor so that none exceeds `limit` [m/s]."""
+    """Return the module states, with all speeds scaled down by one factor if any speed exceeds `limit` [m/s]."""
     fastest = max(abs(speed) for speed, _ in states)
     if fastest <= limit:
         return states
@@ -164,7 +167,16 @@ def desaturate(states: list[tuple[float, float]], limit: float) -> list[tuple[fl
 
 
 def discretize(vx: float, vy: float, omega: float, period: float) -> tuple[float, float, float]:
-    """Return the robot-frame velocity that reaches the same pose in one period as a constant field-frame velocity.
+    """Return the constant robot-frame velocity that leads to the same pose as a constant field-frame velocity.
+
+    Args:
+        vx: Forward component of the field-frame velocity at the start of the period [m/s].
+        vy: Leftward component of the field-frame velocity at the start of the period [m/s].
+        omega: Yaw rate, counter-clockwise positive [rad/s].
+        period: Time after which the poses agree [s].
+
+    Returns:
+        Robot-frame velocity (x, y, yaw rate) [m/s, m/s, rad/s].
 
     Source: WPILib's ChassisSpeeds.Discretize.
     """
@@ -174,14 +186,14 @@ def discretize(vx: float, vy: float, omega: float, period: float) -> tuple[float
 
 
 HISTORY = 1.5
-"""Length of the pose history [s]."""
+"""Time span of the stored pose history [s]."""
 
 
 class PoseEstimator:
-    """WPILib's pose estimator as shipped by CTRE: wheel and gyro odometry, corrected by delayed vision.
+    """WPILib's pose estimator in CTRE's version: wheel and gyro odometry, corrected by delayed vision measurements.
 
-    Each axis of a correction is weighted in the robot frame at the time of the measurement, with the gain
-    q / (q + sqrt(q r)) of a steady-state Kalman filter, where q and r are the variances of odometry and vision.
+    The estimator computes each correction in the robot frame at the time of the measurement, and multiplies each axis
+    by the gain q / (q + sqrt(q r)) of a steady-state Kalman filter, with the variances q of odometry and r of vision.
     The results match Phoenix 6 26.3.0 to the last printed digit.
 
     Args:
@@ -205,15 +217,20 @@ class PoseEstimator:
         """Estimated pose, field frame [m, m, rad]."""
 
     def set_state_std_devs(self, std_devs: Sequence[float]) -> None:
-        """Set the standard deviations of odometry for all later measurements."""
+        """Set the standard deviations of odometry (x [m], y [m], heading [rad]) for all later vision measurements."""
         self._state_std_devs = [float(s) for s in std_devs]
 
     def set_vision_std_devs(self, std_devs: Sequence[float]) -> None:
-        """Set the standard deviations of vision for all later measurements."""
+        """Set the standard deviations of vision (x [m], y [m], heading [rad]) for all later vision measurements."""
         self._vision_std_devs = [float(s) for s in std_devs]
 
     def reset(self, pose: Pose, gyro_yaw: float) -> None:
-        """Set the pose at the present gyro reading [rad] and clear the history."""
+        """Set the estimated pose, and clear the pose history and all vision corrections.
+
+        Args:
+            pose: New estimated pose, field frame [m, m, rad].
+            gyro_yaw: Present continuous yaw of the gyro [rad].
+        """
         self._offset = pose[2] - gyro_yaw
         self._odometry = self.pose = pose
         self._times.clear()
@@ -221,10 +238,10 @@ class PoseEstimator:
         self._updates.clear()
 
     def update(self, time: float, dx: float, dy: float, gyro_yaw: float) -> None:
-        """Update odometry and the estimate with the travel of one period.
+        """Add the travel of one period to odometry, and update the estimated pose.
 
         Args:
-            time: Time of the sample [s].
+            time: Time of the update [s].
             dx: Forward travel [m].
             dy: Leftward travel [m].
             gyro_yaw: Continuous yaw of the gyro [rad].
@@ -242,9 +259,16 @@ class PoseEstimator:
         self.pose = self._corrected(new) if self._updates else new
 
     def add_vision(self, pose: Pose, time: float, std_devs: Sequence[float] | None = None) -> None:
-        """Correct the estimate with a camera's pose at `time` [s]; `std_devs` also apply to later measurements.
+        """Correct the estimated pose with a vision measurement of the robot pose at `time` [s].
 
-        A measurement is ignored if no pose is stored or `time` is over 1.5 s before the oldest stored pose.
+        The estimator ignores the measurement if no pose is stored, or if `time` is over 1.5 s before the oldest stored
+        pose. An accepted measurement discards all corrections from later times.
+
+        Args:
+            pose: Measured robot pose, field frame [m, m, rad].
+            time: Time of the measurement [s].
+            std_devs: Standard deviations of this and all later measurements (x [m], y [m], heading [rad]); None keeps
+                the present standard deviations.
         """
         if std_devs is not None:
             self.set_vision_std_devs(std_devs)
@@ -264,7 +288,7 @@ class PoseEstimator:
         self.pose = self._corrected(self._odometry)
 
     def sample(self, time: float) -> Pose | None:
-        """Return the estimated pose at a time in the last 1.5 s [s]; None before the first update."""
+        """Return the estimated pose at `time` [s], clamped to the stored history; None if no pose is stored."""
         if not self._times:
             return None
         return self._believed(time, self._sample(time))
@@ -272,7 +296,7 @@ class PoseEstimator:
     # --- internals ----------------------------------------------------------------------------------------------
 
     def _sample(self, time: float) -> Pose:
-        """Return the odometry pose at a time, clamped to the oldest and newest poses of the history."""
+        """Return the odometry pose at `time` [s], clamped to the oldest and newest stored poses."""
         times, poses = self._times, self._poses
         k = bisect_left(times, time)
         if k == 0:
@@ -294,7 +318,7 @@ class PoseEstimator:
 
 
 def _gain(state: float, vision: float) -> float:
-    """Return the steady-state gain of one axis from the two standard deviations [-]."""
+    """Return the steady-state Kalman gain [-] of one axis for the standard deviations of odometry and vision."""
     if state == 0.0:
         return 0.0
     if not math.isfinite(vision):
@@ -312,7 +336,7 @@ _CANCODERS = 3  # number of leading feedback sources that use a CANcoder
 
 @dataclass(frozen=True, slots=True)
 class ModuleConstants:
-    """Constants of one module, in the order of the native function's arguments."""
+    """Constants of one swerve module, in the order of the native function's arguments."""
 
     steer_motor_id: int
     drive_motor_id: int
@@ -320,7 +344,7 @@ class ModuleConstants:
     encoder_offset: float
     """Offset of the steer encoder [rotations]."""
     x: float
-    """Distance forward of the robot's center [m]."""
+    """x coordinate of the module, robot frame [m]."""
     y: float
     drive_inverted: bool
     steer_inverted: bool
@@ -329,7 +353,7 @@ class ModuleConstants:
     """Drive rotor turns per wheel turn [-]."""
     steer_gearing: float
     coupling: float
-    """Drive rotor turns per turn of the module's steering axis [-]."""
+    """Drive rotor turns that one turn of the steering axis causes [-]."""
     wheel_radius: float
     """Wheel radius [m]."""
     steer_output: int
@@ -371,7 +395,7 @@ class ModuleConstants:
         return self.drive_gearing / (math.tau * self.wheel_radius)
 
 
-_TORQUE_CURRENT = 1  # of `phoenix6.swerve.ClosedLoopOutputType`
+_TORQUE_CURRENT = 1  # value in `phoenix6.swerve.ClosedLoopOutputType`
 _NEUTRAL_MODE = SpnValue.CONFIG_NEUTRAL_MODE.value
 _VOLTS = REQUESTS["VoltageOut"]
 _TORQUE_PER_AMPERE = 0.0198
@@ -379,14 +403,16 @@ _TORQUE_PER_AMPERE = 0.0198
 
 
 class ModuleDevices:
-    """Drive and steer TalonFX of a module, with closed loops in volts or amperes as the module's constants select.
+    """Drive and steer TalonFX of a module, with closed-loop outputs in volts or amperes.
 
-    Physics writes the rotors once per step and the values hold in between, so the present reading is also the
-    latency-compensated reading. A repeated request changes only the setpoints, which reduced the time of eight requests
-    at 250 Hz from 0.13 to 0.04 ms per tick.
+    The module constants select the output type of each motor.
+
+    Physics writes the rotor sensors once per step, and the sensor values stay constant between two steps. The present
+    reading therefore equals the latency-compensated reading. A repeated request changes only the setpoints. This
+    shortcut reduced the time of eight requests at 250 Hz from 0.13 to 0.04 ms per tick.
 
     Args:
-        emulator: Emulator that holds the devices.
+        emulator: Emulator that contains the devices.
         constants: Module constants, including CAN IDs and output types.
         bus: Name of the CAN bus of both motors.
     """
@@ -402,10 +428,11 @@ class ModuleDevices:
         self._position = REQUESTS["PositionTorqueCurrentFOC" if steers_torque else "PositionVoltage"]
 
     def sample(self) -> tuple[float, float, float, float]:
-        """Return the motor positions and velocities that robot code reads.
+        """Update the sensor readings of both motors, and return the positions and velocities.
 
         Returns:
-            Drive position [rotor rotations], drive velocity [1/s], steer position [rotations], steer velocity [1/s].
+            Drive position [rotor rotations], drive velocity [rotor rotations/s], steer position [rotations] and steer
+            velocity [rotations/s].
         """
         drive, steer = self._drive, self._steer
         drive.measure()
@@ -413,14 +440,18 @@ class ModuleDevices:
         return drive.loop.pos, drive.loop.vel, steer.loop.pos, steer.loop.vel
 
     def drive_volts(self, volts: float, foc: bool) -> None:
-        """Drive in open loop at a voltage [V]."""
+        """Request an open-loop voltage [V] from the drive motor, with FOC if `foc` is true."""
         if self._drive.renew(_VOLTS, foc):
             self._drive.loop.output = volts
         else:
             self._drive.apply(_VOLTS.name, update_freq_hz=0.0, output=volts, enable_foc=foc)
 
     def drive_velocity(self, rps: float, amperes: float, volts: float, foc: bool) -> None:
-        """Drive at a velocity [rotor rotations/s], with feed-forward in amperes or volts to match the loop's output."""
+        """Request closed-loop control of the drive velocity [rotor rotations/s].
+
+        The feed-forward is `amperes` [A] for a torque-current loop, and `volts` [V] for a voltage loop. A voltage
+        loop uses FOC if `foc` is true.
+        """
         drive = self._drive
         if drive.renew(self._velocity, foc):
             drive.loop.goal_v = rps
@@ -437,7 +468,7 @@ class ModuleDevices:
             drive.apply(self._velocity.name, update_freq_hz=0.0, velocity=rps, feed_forward=volts, enable_foc=foc)
 
     def steer_position(self, rotations: float, rps: float, foc: bool) -> None:
-        """Steer to a position [rotations] in the shorter direction, with velocity feed-forward [rotations/s]."""
+        """Request a steer position [rotations] in the shorter direction, with a steer velocity [rotations/s]."""
         steer = self._steer
         if steer.renew(self._position, foc):
             steer.loop.goal_p = rotations
@@ -448,7 +479,7 @@ class ModuleDevices:
             steer.apply(self._position.name, update_freq_hz=0.0, position=rotations, velocity=rps, enable_foc=foc)
 
     def steer_profiled(self, rotations: float, foc: bool) -> None:
-        """Steer to a position [rotations] in the shorter direction under Motion Magic Expo."""
+        """Request a steer position [rotations] in the shorter direction, with a Motion Magic Expo profile."""
         if self._steer_torque:
             self._steer.apply("MotionMagicExpoTorqueCurrentFOC", update_freq_hz=0.0, position=rotations)
         else:
@@ -459,7 +490,7 @@ class ModuleDevices:
         self._drive.set_position(0.0)
 
     def set_neutral(self, brake: bool) -> int:
-        """Set the drive motor's neutral mode; return a status code, 0 for OK."""
+        """Set the drive motor's neutral mode to brake or coast, and return the status code 0 (OK)."""
         self._drive.configure({_NEUTRAL_MODE: int(brake)})
         return 0
 
@@ -469,11 +500,11 @@ class ModuleDevices:
 
 
 _COUPLING_GAIN = 1.0 - math.exp(-0.004 / 0.05)
-"""Gain of the low-pass filter of the steer rate: a 50 ms pole at 250 Hz, applied per call at every frequency."""
+"""Gain per call of the low-pass filter for the steer rate [-], with a time constant of 50 ms at 250 Hz."""
 
 
 class EmulatedModule:
-    """State and control of one module, with rules derived from the measured outputs of Phoenix 6 26.3.0.
+    """Emulated swerve module, with control rules derived from measured outputs of Phoenix 6 26.3.0.
 
     Args:
         constants: Module constants.
@@ -484,15 +515,15 @@ class EmulatedModule:
         self.constants = constants
         self.devices = devices
         self.distance = 0.0
-        """Travel of the wheel, without the drive rotation that steering causes [m]."""
+        """Travel of the wheel, corrected for the drive rotation that steering causes [m]."""
         self.angle = 0.0
         """Continuous steer angle [rad]."""
         self.cos, self.sin = 1.0, 0.0
         """Cosine and sine of the steer angle."""
         self.speed = 0.0
-        """Speed of the drive motor, including the part caused by steering, as in `SwerveModuleState` [m/s]."""
+        """Wheel speed, not corrected for the drive rotation that steering causes, as in `SwerveModuleState` [m/s]."""
         self.target = (0.0, 0.0)
-        """Last target speed [m/s] and direction [rad], after reversal of the wheel for a shorter steer move."""
+        """Last target speed [m/s] and direction [rad]. The speed is negative for a reversed wheel."""
         self._per_meter = constants.rotations_per_meter
         self._coupling = constants.coupling
         self._volts_per_rps = 12.0 / (self._per_meter * constants.speed_at_12_volts)
@@ -501,7 +532,7 @@ class EmulatedModule:
         self._smooth_steer_rate = 0.0
 
     def refresh(self) -> float:
-        """Read the sensors; return the travel since the last call [m]."""
+        """Update travel, steer angle and speed from the motors; return the travel since the last call [m]."""
         drive, drive_rate, azimuth, self._steer_rate = self.devices.sample()
         before = self.distance
         self.distance = (drive - azimuth * self._coupling) / self._per_meter
@@ -534,18 +565,19 @@ class EmulatedModule:
     ) -> None:
         """Drive at `speed` [m/s] in the direction `angle` [rad], reversing the wheel to shorten the steer move.
 
-        The module scales the drive speed by the cosine of the steer error and compensates the drive speed for the
-        coupling of the steer and drive gears.
+        The module scales the drive speed by the cosine of the steer error, and adds the drive rotation that the
+        coupling of the steer and drive gears requires.
 
         Args:
-            speed: Speed [m/s].
+            speed: Target speed [m/s].
             angle: Direction, robot frame [rad].
-            closed_loop: Whether to control velocity instead of applying a proportional voltage.
+            closed_loop: Whether to control the drive velocity in closed loop; False for a voltage proportional to the
+                speed.
             profiled: Whether to steer with Motion Magic Expo.
-            period: Time since the last call, for the steer feed-forward [s]; 0 for no feed-forward.
-            force_x: Forward force of the wheel on the carpet as feed-forward, robot frame [N].
-            force_y: Leftward force of the wheel on the carpet as feed-forward, robot frame [N].
-            foc: Whether to use FOC for voltage outputs.
+            period: Time since the last call, for the steer velocity feed-forward [s]; 0 for no feed-forward.
+            force_x: Forward component of the feed-forward force on the carpet, robot frame [N].
+            force_y: Leftward component of the feed-forward force on the carpet, robot frame [N].
+            foc: Whether the motors use FOC for voltage outputs.
         """
         lack = wrap(angle - self.angle)
         if abs(lack) > 0.5 * math.pi:
@@ -573,56 +605,59 @@ class EmulatedModule:
             devices.drive_volts(rps * self._volts_per_rps + volts, foc)
 
 
-_VELOCITY = 1  # of SwerveModule.DriveRequestType
-_EXPO = 0  # of SwerveModule.SteerRequestType
-_OPERATOR = 0  # of ForwardPerspectiveValue
+_VELOCITY = 1  # value in SwerveModule.DriveRequestType
+_EXPO = 0  # value in SwerveModule.SteerRequestType
+_OPERATOR = 0  # value in ForwardPerspectiveValue
 
 
 class DrivetrainRequest(Protocol):
-    """Swerve request that drives a drivetrain's modules once per period."""
+    """Swerve request that controls the modules of a drivetrain once per period."""
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Send requests to the motors."""
+        """Send the control requests for one period to the drivetrain's motors."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Idle:
-    """Request that sends nothing, so the motors' last requests time out."""
+    """Swerve request that sends no control requests. The motors' last requests then time out."""
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Send nothing."""
+        """Send no control requests."""
 
 
 @dataclass(frozen=True, slots=True)
 class Brake:
-    """Request that turns the wheels into an X."""
+    """Swerve request that turns the wheels into an X pattern at zero speed."""
 
     drive: int
     steer: int
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Turn every wheel towards the robot's center, at zero speed."""
+        """Request zero speed with every wheel pointed at the robot's center."""
         _send(self, drivetrain, [(0.0, math.atan2(y, x)) for x, y in drivetrain.kinematics.positions])
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """Request that points all wheels in one direction at zero speed."""
+    """Swerve request that points all wheels in one direction at zero speed."""
 
     angle: float
-    """Direction, robot frame [rad]."""
+    """Direction of the wheels, robot frame [rad]."""
     drive: int
     steer: int
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Turn every wheel to the requested direction, at zero speed."""
+        """Request zero speed with every wheel in the requested direction."""
         _send(self, drivetrain, [(0.0, self.angle)] * len(drivetrain.modules))
 
 
 @dataclass(frozen=True, slots=True)
 class Speeds:
-    """ApplyRobotSpeeds (`is_field` False) or ApplyFieldSpeeds; speeds and wheel forces share one frame."""
+    """Swerve request ApplyRobotSpeeds, or ApplyFieldSpeeds if `is_field` is true.
+
+    `is_field` applies to the chassis velocity and to the wheel forces.
+    """
 
     vx: float
     vy: float
@@ -638,7 +673,7 @@ class Speeds:
     is_field: bool = dataclasses.field(default=False, kw_only=True)
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Send module states for the requested velocity, with wheel forces as feed-forward."""
+        """Control the modules at the requested chassis velocity, with the wheel forces as feed-forward."""
         states, turn = _module_states(self, drivetrain, self.vx, self.vy, self.omega)
         forces = list(zip_longest(self.forces_x, self.forces_y, fillvalue=0.0))
         if self.is_field:
@@ -648,15 +683,15 @@ class Speeds:
 
 @dataclass(frozen=True, slots=True)
 class Centric:
-    """RobotCentric (`is_field` False) or FieldCentric: driver velocities with deadbands."""
+    """Swerve request RobotCentric, or FieldCentric if `is_field` is true: a chassis velocity with deadbands."""
 
     vx: float
     vy: float
     omega: float
     deadband: float
-    """Deadband of the speed [m/s]."""
+    """Speed below which the translation is zero [m/s]."""
     rotational_deadband: float
-    """Deadband of the yaw rate [rad/s]."""
+    """Yaw rate below which the rotation is zero [rad/s]."""
     center_x: float
     center_y: float
     drive: int
@@ -666,7 +701,7 @@ class Centric:
     is_field: bool = dataclasses.field(default=False, kw_only=True)
 
     def apply(self, drivetrain: EmulatedDrivetrain) -> None:
-        """Send module states for the requested velocity after the deadbands."""
+        """Control the modules at the requested chassis velocity, after applying the deadbands."""
         vx, vy, omega = self.vx, self.vy, self.omega
         if math.hypot(vx, vy) < self.deadband:
             vx = vy = 0.0
@@ -682,7 +717,7 @@ def _send(
     states: Sequence[tuple[float, float]],
     forces: Sequence[tuple[float, float]] = (),
 ) -> None:
-    """Drive the modules at robot-frame states [m/s, rad] with force feed-forwards [N]; missing forces are zero."""
+    """Send each module its robot-frame state [m/s, rad] and force feed-forward [N]. A missing force is zero."""
     for k, (module, (speed, angle)) in enumerate(zip(drivetrain.modules, states, strict=True)):
         fx, fy = forces[k] if k < len(forces) else (0.0, 0.0)
         module.apply(
@@ -699,9 +734,10 @@ def _send(
 def _module_states(
     request: Speeds | Centric, drivetrain: EmulatedDrivetrain, vx: float, vy: float, omega: float
 ) -> tuple[list[tuple[float, float]], float]:
-    """Return module states [m/s, rad] for a velocity in the request's axes [m/s, rad/s].
+    """Return the module states [m/s, rad] for a chassis velocity in the request's frame [m/s, m/s, rad/s].
 
-    Also return the rotation from the request's axes to the robot's axes [rad]; 0 for a robot-centric request.
+    The second return value is the angle that rotates vectors from the request's frame to the robot frame [rad]; 0 for a
+    robot-centric request.
     """
     turn = 0.0
     if request.is_field:
@@ -720,7 +756,7 @@ def _rotated(x: float, y: float, angle: float) -> tuple[float, float]:
 
 
 DEFAULT_HZ = 250.0
-"""Default frequency of odometry [Hz]; every simulated bus is CAN FD."""
+"""Default frequency of odometry and control on CAN FD, the type of every simulated bus [Hz]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -738,18 +774,18 @@ class DrivetrainState:
     raw_heading: float
     """Yaw of the gyro [rad]."""
     timestamp: float
-    """Time of the sample [s]."""
+    """Simulated time of the sensor readings [s]."""
     period: float
     """Odometry period [s]."""
     samples: int
 
 
 class EmulatedDrivetrain:
-    """Emulated swerve drivetrain.
+    """Emulated `SwerveDrivetrain` that runs odometry and the current swerve request once per period.
 
     Args:
-        gyro: Address of the gyro; all devices are on the gyro's bus.
-        modules: Module constants.
+        gyro: Address of the gyro. All devices of the drivetrain are on the gyro's bus.
+        modules: Constants of each module.
         hz: Frequency of odometry and control [Hz]; 0 for 250 Hz.
 
     Raises:
@@ -771,17 +807,17 @@ class EmulatedDrivetrain:
         self.modules: list[EmulatedModule] = []
         self.request: DrivetrainRequest = Idle()
         self.on_state: Callable[[DrivetrainState], None] | None = None
-        """Callback at the end of each period; None for no callback."""
+        """Function to call with the state at the end of each period; None for no call."""
         self.is_running = False
-        """Whether odometry is running."""
+        """Whether odometry and control are running."""
         self.now = 0.0
-        """Time of the last sample [s]."""
+        """Simulated time of the last update [s]."""
         self.chassis_speeds = (0.0, 0.0, 0.0)
         """Measured chassis velocity, robot frame [m/s, m/s, rad/s]."""
         self.max_speed = modules[0].speed_at_12_volts
-        """Robot speed at 12 V [m/s]."""
+        """Robot speed at 12 V, to which `desaturate` limits the module speeds [m/s]."""
         self.heading = 0.0
-        """Heading of the estimated pose in the last period [rad]."""
+        """Estimated heading at the last update, field frame [rad]."""
         self.operator_forward = 0.0
         """Operator's forward direction, field frame [rad]."""
         self._gyro: EmulatedPigeon2 | None = None
@@ -789,7 +825,11 @@ class EmulatedDrivetrain:
         self._samples = 0
 
     def start(self, devices: Sequence[ModuleDevices], gyro: EmulatedPigeon2) -> None:
-        """Start odometry; the first start sets the pose to zero at the present readings of wheels and gyro."""
+        """Start odometry and control.
+
+        The first call creates the modules and sets the estimated pose to zero at the present wheel and gyro readings.
+        Later calls ignore the arguments.
+        """
         if not self.modules:
             self.modules.extend(EmulatedModule(c, d) for c, d in zip(self.module_constants, devices, strict=True))
             self._gyro = gyro
@@ -798,11 +838,16 @@ class EmulatedDrivetrain:
         self.is_running = True
 
     def stop(self) -> None:
-        """Stop odometry and control; a later `start` counts the travel in between as one step."""
+        """Stop odometry and control.
+
+        The first update after the next `start` adds all travel during the stop in one step.
+        """
         self.is_running = False
 
     def update(self, now: float) -> None:
-        """Run one period: read the sensors, update the estimate, control the modules and report the state.
+        """Run one period: read the sensors, update the estimated pose, control the modules and report the state.
+
+        While the drivetrain is stopped, this method does nothing.
 
         Args:
             now: Simulated time [s].
@@ -826,7 +871,7 @@ class EmulatedDrivetrain:
 
     @property
     def state(self) -> DrivetrainState:
-        """Present state, as robot code reads it."""
+        """Present drivetrain state. All module values are zero before the first `start`."""
         modules = self.modules
         none = [(0.0, 0.0)] * len(self.module_constants)
         return DrivetrainState(
@@ -844,24 +889,24 @@ class EmulatedDrivetrain:
     # --- resets ---------------------------------------------------------------------------------------------------
 
     def reset_pose(self, pose: Pose) -> None:
-        """Set the estimated pose, field frame [m, m, rad]."""
+        """Set the estimated pose, field frame [m, m, rad], and clear the pose history."""
         self.estimator.reset((pose[0], pose[1], wrap(pose[2])), self._yaw())
 
     def reset_translation(self, x: float, y: float) -> None:
-        """Set the estimated position [m] and keep the heading."""
+        """Set the estimated position, field frame [m], and keep the heading."""
         self.reset_pose((x, y, self.estimator.pose[2]))
 
     def reset_rotation(self, heading: float) -> None:
-        """Set the estimated heading [rad] and keep the position."""
+        """Set the estimated heading, field frame [rad], and keep the position."""
         x, y, _ = self.estimator.pose
         self.reset_pose((x, y, heading))
 
     def seed_field_centric(self, heading: float) -> None:
-        """Set the estimated heading, given relative to the operator's forward direction [rad]."""
+        """Set the estimated heading to an angle [rad] from the operator's forward direction, and keep the position."""
         self.reset_rotation(heading + self.operator_forward)
 
     def tare_everything(self) -> None:
-        """Zero the modules' travel and the pose, but not the gyro."""
+        """Set the travel of all modules and the estimated pose to zero, without changing the gyro."""
         for module in self.modules:
             module.zero()
         yaw = self._refresh() if self.modules else 0.0
@@ -873,7 +918,7 @@ class EmulatedDrivetrain:
         return 0.0 if self._gyro is None else math.radians(self._gyro.yaw)
 
     def _refresh(self) -> float:
-        """Read the wheels to restart their travel; return the gyro's yaw [rad]."""
+        """Update all modules, so that the next travel starts at the present readings; return the gyro's yaw [rad]."""
         for module in self.modules:
             module.refresh()
         return self._yaw()

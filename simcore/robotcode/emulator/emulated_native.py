@@ -1,10 +1,10 @@
-"""Native functions of Phoenix 6, implemented under their C names for emulated devices.
+"""Phoenix 6's native functions, implemented for emulated devices under the functions' C names.
 
-The Python library makes all calls through `Native.instance()` (devices, signals, configurations, simulation) and
-`Native.api_instance()` (swerve). Functions have the names of 26.70 (2027); a table maps the names of 26.3 (2026) to
-them. A call of a missing function raises `NotImplementedError` with the function's name; no call reaches the real
-library. Functions of the hoot log, the orchestra and CANdle lights accept all calls and do nothing. Functions of hoot
-replay return the results of CTRE's simulation library.
+The Python library makes all native calls through `Native.instance()` (devices, signals, configurations, simulation)
+and `Native.api_instance()` (swerve). The methods in this module have the function names of 26.70 (2027). `RENAMED` maps
+the names of 26.3 (2026) to the names of 26.70. A call of a missing function raises `NotImplementedError` with the
+function's name. No call reaches the real library. The functions of the hoot log, the orchestra and CANdle lights accept
+all arguments and do nothing. The functions of hoot replay return the results of CTRE's simulation library.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ IS_2027 = hasattr(phoenix_native, "CANBusStatus_t")
 """Whether the installed phoenix6 is a 2027 version."""
 
 PREFIX = "c_ctre_phoenix6_"
-"""Prefix of nearly all native functions."""
+"""Prefix of nearly all native function names."""
 
 _SWERVE = PREFIX + "swerve_"
 RENAMED = {
@@ -74,9 +74,9 @@ RENAMED = {
         for frame in ("robot", "field")
     },
 }
-"""Name in 26.70 of each renamed function with unchanged arguments, by name in 26.3."""
+"""Names in phoenix6 26.70 of functions that were renamed with unchanged arguments, by name in 26.3."""
 GONE = frozenset({"c_ctre_phoenix_report_error"})
-"""Functions that only 26.3 has."""
+"""Names of the functions that exist in phoenix6 26.3 but not in 26.70."""
 ADDED = frozenset(
     PREFIX + name
     for name in (
@@ -89,23 +89,23 @@ ADDED = frozenset(
         "swerve_module_reset_target_velocity",
     )
 )
-"""Functions that only 26.70 has."""
+"""Names of the functions that exist in phoenix6 26.70 but not in 26.3."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fields:
-    """Field names in the swerve structures."""
+    """Field names in the native swerve structures. The names differ between phoenix6 26.3 and 26.70."""
 
     chassis: str
-    """Name of the chassis velocity in a drivetrain's state."""
+    """Field name of the chassis velocity in the drivetrain state."""
     modules: str
-    """Name of the module velocities in a drivetrain's state."""
+    """Field name of the module states in the drivetrain state."""
     module: str
-    """Name of the speed along the wheel [m/s] in a module's velocity."""
+    """Field name of the wheel speed [m/s] in a module state."""
     wanted: str
-    """Name of the velocity in a module's request."""
+    """Field name of the module state in a module request."""
     current: str
-    """Name of the chassis velocity in a request's parameters."""
+    """Field name of the chassis velocity in the parameters of a swerve request."""
 
 
 FIELDS = (
@@ -113,11 +113,11 @@ FIELDS = (
     if IS_2027
     else Fields("speeds", "moduleStates", "speed", "state", "currentChassisSpeed")
 )
-"""Field names in the installed phoenix6."""
+"""Field names of the native swerve structures in the installed phoenix6."""
 
 
 def record(named: dict[str, Any], **same: Any) -> SimpleNamespace:
-    """Return a structure for Python callbacks, with version-specific fields (`named`) and common fields (`same`)."""
+    """Return an object in place of a native structure, with version-specific (`named`) and common (`same`) fields."""
     return SimpleNamespace(**named, **same)
 
 
@@ -125,7 +125,10 @@ _C_FUNCTION = type(ctypes.CFUNCTYPE(None))
 
 
 class NativeLibrary:
-    """Base class for replacements of a native library; calls of unmodelled functions raise."""
+    """Base class of the replacements for native libraries.
+
+    A call of a function that is not modelled raises NotImplementedError.
+    """
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -140,7 +143,7 @@ class NativeLibrary:
 
 
 def always(answer: Any) -> Callable[..., Any]:
-    """Return a method that accepts any arguments and returns a constant."""
+    """Return a method that accepts any arguments and always returns `answer`."""
 
     def function(self: NativeLibrary, *values: Any) -> Any:
         return answer
@@ -149,7 +152,7 @@ def always(answer: Any) -> Callable[..., Any]:
 
 
 class Held:
-    """Stand-in for a ctypes pointer passed to a callback; `contents` is the target."""
+    """Stand-in for the ctypes pointer that a callback receives; `contents` is the Python object."""
 
     __slots__ = ("contents",)
 
@@ -158,21 +161,21 @@ class Held:
 
 
 def target_of(reference: Any) -> Any:
-    """Return the target of a ctypes argument: x for `byref(x)`, an array unchanged."""
+    """Return the object `x` of a ctypes argument `byref(x)`; return an array unchanged."""
     return getattr(reference, "_obj", reference)
 
 
 def python_function(callback: Any) -> Callable[..., Any]:
-    """Return the function inside a ctypes callback.
+    """Return the Python function that a ctypes callback wraps.
 
     A ctypes callback prints an exception and continues. An exception in a request or telemetry function must reach the
-    test, so the emulator calls the Python function directly instead of the C function made by ctypes.
+    test. The emulator therefore calls the Python function directly instead of the C function from ctypes.
 
     Args:
         callback: Callback from `ctypes.CFUNCTYPE(...)(function)`; any other object is returned unchanged.
 
     Raises:
-        TypeError: The callback is a C function without a Python function.
+        TypeError: The callback does not wrap a Python function.
     """
     if not isinstance(type(callback), _C_FUNCTION):
         return callback  # type: ignore[no-any-return]
@@ -192,7 +195,7 @@ _LOGGED = (
     *("write_raw", "write_schema_value", "add_schema", "add_schema_string", "enable_auto_logging"),
     *("set_logger_path", "start_logger", "stop_logger"),
 )
-"""Functions of `SignalLogger` that do nothing, because a hoot log would carry wall-clock times."""
+"""Functions of `SignalLogger` that do nothing, because a hoot log would contain wall-clock times."""
 _MUSIC = ("Close", "AddDevice", "AddDeviceWithTrack", "ClearDevices", "LoadMusic", "Play", "Pause", "Stop", "IsPlaying",
           "GetCurrentTime")  # fmt: skip
 """Functions of `Orchestra` that do nothing."""
@@ -320,21 +323,21 @@ def _table() -> dict[int, str]:
 
 
 UNITS: dict[int, str] = _table()
-"""Unit text of each signal or setting that has a unit, by number."""
+"""Unit text of each signal and setting, by number. Values without a unit have no entry."""
 
 
 _log = logging.getLogger(__name__)
 _WANTED = struct.Struct("@II")
-"""Layout of `SignalValues`: device hash and signal number, preceded by the network in 26.70."""
+"""Layout of the device hash and signal number in `SignalValues`. In 26.70, the network precedes these fields."""
 _WANTED_AT = SignalValues.devicehash.offset
 _WANTED_SIZE = ctypes.sizeof(SignalValues)
 _RETURNED = struct.Struct("@dIPdddi")
-"""Layout of `ReturnValues`: value, number of the units, text of the units (null), three timestamps, status."""
+"""Layout of `ReturnValues`: value, number of the units signal, units text (null pointer), three timestamps, status."""
 _RETURNED_SIZE = ctypes.sizeof(ReturnValues)
 
 
 def _serializer(letter: str, kind: Callable[[Any], Any]) -> Callable[..., int]:
-    """Return a native function that writes a setting of one kind as text."""
+    """Return a native function that converts a setting with `kind` and writes the setting as a configuration line."""
 
     def serialize(self: Any, spn: int, value: Any, out: Any) -> int:
         target_of(out).value = config_line(spn, letter, kind(value)).encode()
@@ -344,7 +347,11 @@ def _serializer(letter: str, kind: Callable[[Any], Any]) -> Callable[..., int]:
 
 
 def _deserializer(meaning: Callable[[int], Any]) -> Callable[..., int]:
-    """Return a native function that reads a setting from text and converts the integer with `meaning`."""
+    """Return a native function that reads a setting from configuration lines.
+
+    The function converts the integer in the line with `meaning`. If no line contains the setting, the function returns
+    the status code INVALID_PARAM_VALUE.
+    """
 
     def deserialize(self: Any, spn: int, text: Any, size: int, out: Any) -> int:
         key = f"{spn},s_"
@@ -358,15 +365,15 @@ def _deserializer(meaning: Callable[[int], Any]) -> Callable[..., int]:
 
 
 class EmulatedNative(NativeLibrary):
-    """Replacement for the native library of devices, signals, configurations and simulation.
+    """Replacement for the native library behind devices, signals, configurations and simulation.
 
     Args:
-        emulator: Emulated devices.
+        emulator: Emulator that contains the devices.
     """
 
     def __init__(self, emulator: Emulator) -> None:
         self.emulator = emulator
-        """Emulated devices; adapters detect simulated time by the presence of this attribute."""
+        """Emulator that contains the devices. Adapters test for this attribute to detect simulated time."""
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
         for name in LIGHT_REQUESTS:
@@ -441,7 +448,7 @@ class EmulatedNative(NativeLibrary):
         text = name.value
         if value != value:
             raise NonFiniteError(f"device {device_id} (type {type_number}): sim_state {text.decode()} is not a number")
-        if b":" not in text:  # names with a colon mirror a WPILib SimDevice, see `installation`
+        if b":" not in text:  # an input name with a colon is a copy of a WPILib SimDevice value, see `installation`
             self.emulator.simulated(type_number, device_id).set_input(text.decode(), float(value))
         return _OK
 
@@ -455,7 +462,7 @@ class EmulatedNative(NativeLibrary):
         return _OK
 
     def c_ctre_phoenix6_platform_canbus_get_status(self, *values: Any) -> int:
-        """Write the status of a bus without traffic or errors to five numbers (26.3) or one structure (26.70)."""
+        """Write zeros to all fields of the bus status: five numbers in 26.3, one structure in 26.70."""
         for out in map(target_of, values[:1] if len(values) == 2 else values[:5]):
             ctypes.memset(ctypes.byref(out), 0, ctypes.sizeof(out))
         return _OK
@@ -495,12 +502,15 @@ class EmulatedNative(NativeLibrary):
         return _OK
 
     def c_ctre_phoenix6_get_signal(self, count: int, wanted: Any, values: Any, *rest: Any) -> int:
-        """Fill in signal values, from a new frame if the caller waits.
+        """Write the values, timestamps and units of signals to `values`, after a new status frame if the caller waits.
 
-        `rest` ends with a wait flag and a timeout, preceded by the network in 26.3.
+        The last two items of `rest` are the wait flag and the timeout [s]. In 26.3, the network precedes these items.
+
+        Raises:
+            NotImplementedError: A signal is not modelled.
         """
         wait, timeout = rest[-2:]
-        # Read and write whole structures as bytes: access by ctypes fields takes three times as long.
+        # Read and write whole structures as bytes, because access through ctypes fields takes three times as long.
         by_hash = self.emulator.by_hash
         wanted, values = target_of(wanted), target_of(values)
         fresh = wait and timeout > 0.0
@@ -573,7 +583,7 @@ class EmulatedNative(NativeLibrary):
 
     c_ctre_phoenix6_platform_has_schema = always(True)
 
-    # ---- hoot replay: `CANBus(name, "logs/example.hoot")` in generated constants requests replay, which is refused
+    # ---- hoot replay: `CANBus(name, "logs/example.hoot")` in generated constants requests a replay (unsupported)
 
     c_ctre_phoenix6_platform_replay_is_file_loaded = always(False)
     c_ctre_phoenix6_platform_replay_is_running = always(True)  # as in CTRE's simulation library, even without replay
@@ -593,7 +603,7 @@ _INVALID = -11100  # arbitrary error code for a closed drivetrain
 
 
 class _Custom:
-    """Swerve request implemented in Python, by a team or by phoenix6."""
+    """Swerve request that calls a Python function from robot code or phoenix6."""
 
     def __init__(self, callback: Any) -> None:
         self._function = python_function(callback)
@@ -613,10 +623,10 @@ class _Custom:
 
 
 class SwerveNative(NativeLibrary):
-    """Replacement for the native swerve library: all drivetrains and the functions that phoenix6 calls on them.
+    """Replacement for the native swerve library, with all drivetrains and the functions that phoenix6 calls.
 
     Args:
-        emulator: Emulator whose steps drive the odometry.
+        emulator: Emulator that creates the motors and gyros and runs the odometry updates.
     """
 
     def __init__(self, emulator: Emulator) -> None:
@@ -634,7 +644,7 @@ class SwerveNative(NativeLibrary):
             setattr(self, f"{_PREFIX}request_apply_{name}", partial(self._apply, make))
 
     def reset(self) -> None:
-        """Remove all drivetrains before a new test."""
+        """Remove all drivetrains and stored constants for a new test."""
         self._drivetrains.clear()
         self._constants.clear()
         self._cancel.clear()
@@ -694,7 +704,7 @@ class SwerveNative(NativeLibrary):
             self._drivetrains[number].stop()
 
     def drivetrain_odom_set_thread_priority(self, number: int, priority: int) -> None:
-        """Do nothing, because odometry has no thread."""
+        """Do nothing, because the emulator runs odometry without a thread."""
 
     def drivetrain_is_on_can_fd(self, number: int) -> bool:
         return True
@@ -784,7 +794,10 @@ class SwerveNative(NativeLibrary):
         )
 
     def module_get_position(self, number: int, index: int, refresh: bool) -> Any:
-        """Return the present position, or the cached position without `refresh`; odometry is not changed."""
+        """Return the present position, or the position at the last update if `refresh` is false.
+
+        The method does not change odometry.
+        """
         module = self._drivetrains[number].modules[index]
         if not refresh:
             return self.module_get_cached_position(number, index)
@@ -842,7 +855,7 @@ _REQUESTS: dict[str, _MakeRequest] = {
     "apply_robot_velocity": lambda *values: _speeds(values, is_field=False),
     "apply_field_velocity": lambda *values: _speeds(values, is_field=True),
 }
-"""Functions that build a request from native arguments, by the last words of the native function's name."""
+"""Functions that build a swerve request from native arguments, by the suffix of the native function name."""
 
 
 def _velocity(speed: float, angle: float) -> SimpleNamespace:
@@ -850,7 +863,7 @@ def _velocity(speed: float, angle: float) -> SimpleNamespace:
 
 
 def _native_state(state: DrivetrainState) -> SimpleNamespace:
-    """Return the state with the field names of the native struct."""
+    """Return an object with the fields of the native drivetrain state, for telemetry callbacks."""
     vx, vy, omega = state.speeds
     return record(
         {
@@ -869,7 +882,7 @@ def _native_state(state: DrivetrainState) -> SimpleNamespace:
 
 
 def _fill(out: Any, state: DrivetrainState) -> None:
-    """Write the state to a `SwerveDriveState_t`."""
+    """Write the drivetrain state to the native structure `SwerveDriveState_t`."""
     pose, speeds = out.pose, getattr(out, FIELDS.chassis)
     pose.x, pose.y, pose.theta = state.pose
     speeds.vx, speeds.vy, speeds.omega = state.speeds

@@ -1,6 +1,6 @@
 """Emulated sensors and lights: CANcoder, CANdi (with sensors on its two pins), Pigeon 2, CANrange and CANdle.
 
-Light requests to a CANdle have no effect here; `simcore.robotcode.makers.phoenix6.candle_lights` records the colors.
+The emulator ignores light requests to a CANdle. `simcore.robotcode.makers.phoenix6.candle_lights` records the colors.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class CANcoderFrame(NamedTuple):
     supply: float
     health: int
     top: float
-    """Configured position at which the absolute position wraps [rotations]."""
+    """Configured discontinuity point: upper end of the absolute position range [rotations]."""
 
     @property
     def absolute(self) -> float:
@@ -55,7 +55,7 @@ _new = tuple.__new__
 
 
 class EmulatedCANcoder(EmulatedDevice):
-    """Emulated CANcoder."""
+    """Emulated CANcoder that receives the raw position and velocity from physics."""
 
     model = "cancoder"
     type_number = 5
@@ -79,14 +79,18 @@ class EmulatedCANcoder(EmulatedDevice):
         self._top = c[SpnValue.CONFIG_ABSOLUTE_SENSOR_DISCONTINUITY_POINT.value]
 
     def command(self, spn: int, value: float) -> None:
-        """Set the position that robot code reads [rotations]."""
+        """Execute the `set_position` command, which sets the position that robot code reads [rotations].
+
+        Raises:
+            NotImplementedError: The command is not modelled.
+        """
         if spn == SpnValue.CANCODER_SET_SENSOR_POSITION.value:
             self._shift = value - self._sign * self.raw - self._offset
         else:
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """Set raw position [rotations], velocity [rotations/s], magnet health or supply voltage [V]."""
+        """Set a `sim_state` input: raw position [rotations], velocity [rotations/s], magnet health or supply [V]."""
         if name == "RawPosition":
             self.raw = value
         elif name == "Velocity":
@@ -99,7 +103,7 @@ class EmulatedCANcoder(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return the `sim_state` value called `name`; None if the device has no value of that name."""
+        """Return the `sim_state` value `name` [rotations, rotations/s or V]; None for an unknown name."""
         if name == "Position":
             return self.position
         return {"RawPosition": self.raw, "Velocity": self.raw_velocity, "SupplyVoltage": self.supply}.get(name)
@@ -110,7 +114,10 @@ class EmulatedCANcoder(EmulatedDevice):
         return self._sign * self.raw + self._offset + self._shift
 
     def sample(self) -> CANcoderFrame:
-        """Return the present frame, without the slow Python-level `CANcoderFrame.__new__` (250 calls per second)."""
+        """Return a status frame with the present readings.
+
+        The method runs 250 times per second, and therefore avoids the slow `CANcoderFrame.__new__`.
+        """
         raw, sign = self.raw, self._sign
         position = sign * raw + self._offset + self._shift
         return _new(CANcoderFrame, (position, raw, sign * self.raw_velocity, self.supply, self.health, self._top))
@@ -135,11 +142,11 @@ _CLOSED: tuple[Callable[[int], bool], ...] = (
     lambda state: state != _LOW,
     lambda state: state == _LOW,
 )
-"""Functions from a pin's state to whether the pin is closed, by `S1CloseStateValue`."""
+"""Functions that return whether a pin in a given state is closed, by `S1CloseStateValue`."""
 
 
 class CANdiFrame(NamedTuple):
-    """Status frame of a CANdi [rotations, rotations/s, us, V, A]; pairs hold pins 1 and 2."""
+    """Status frame of a CANdi [rotations, rotations/s, us, V, A]. Each tuple contains the values of pins 1 and 2."""
 
     states: tuple[int, int]
     closed: tuple[bool, bool]
@@ -153,7 +160,7 @@ class CANdiFrame(NamedTuple):
 
 
 class EmulatedCANdi(EmulatedDevice):
-    """Emulated CANdi."""
+    """Emulated CANdi with a digital or pulse-width signal on each pin, or a quadrature encoder on both pins."""
 
     model = "candi"
     type_number = 9
@@ -188,14 +195,18 @@ class EmulatedCANdi(EmulatedDevice):
         self._per_edge = sign / (c[SpnValue.CONFIG_QUADRATURE_EDGES_PER_ROTATION.value] or 4096)
 
     def command(self, spn: int, value: float) -> None:
-        """Set the quadrature position that robot code reads [rotations]."""
+        """Execute the command that sets the quadrature position [rotations].
+
+        Raises:
+            NotImplementedError: The command is not modelled.
+        """
         if spn == SpnValue.CANDI_SET_QUAD_POSITION.value:
             self._shift = value - self._edges * self._per_edge
         else:
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """Set a signal on the pins, the output current [A] or the supply voltage [V]."""
+        """Set a `sim_state` input: a signal on the pins, the output current [A] or the supply voltage [V]."""
         if name.startswith("PWM"):
             pin, what = int(name[3]) - 1, name[4:]
             if what == "Position":
@@ -220,11 +231,11 @@ class EmulatedCANdi(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return the `sim_state` value called `name`; None for every name except `OutputCurrent`."""
+        """Return the output current [A] for the name `OutputCurrent`; None for any other name."""
         return self._current if name == "OutputCurrent" else None
 
     def is_closed(self, pin: int) -> bool:
-        """Return whether pin 0 or 1 is closed now, according to the configured close state."""
+        """Return whether pin 0 or 1 is in the configured close state."""
         return _CLOSED[self._close[pin]](self.states[pin])
 
     def pwm_position(self, pin: int) -> float:
@@ -246,7 +257,7 @@ class EmulatedCANdi(EmulatedDevice):
         return self._edge_rate * self._per_edge
 
     def sample(self) -> CANdiFrame:
-        """Return the present frame."""
+        """Return a status frame with the present readings."""
         return CANdiFrame(
             (self.states[0], self.states[1]),
             (self.is_closed(0), self.is_closed(1)),
@@ -292,7 +303,7 @@ class PigeonFrame(NamedTuple):
 
     @property
     def quaternion(self) -> tuple[float, float, float, float]:
-        """Orientation (w, x, y, z) from intrinsic rotations by yaw, then pitch, then roll."""
+        """Orientation quaternion (w, x, y, z) for intrinsic rotations by yaw, then pitch, then roll."""
         y, p, r = (math.radians(a) / 2.0 for a in (self.yaw, self.pitch, self.roll))
         cy, sy, cp, sp, cr, sr = math.cos(y), math.sin(y), math.cos(p), math.sin(p), math.cos(r), math.sin(r)
         return (
@@ -304,7 +315,7 @@ class PigeonFrame(NamedTuple):
 
 
 def _unmodelled(name: str) -> Callable[[Any], float]:
-    """Return a signal function that returns zero and logs a warning at the first call."""
+    """Return a function that returns zero and logs, at the first call, that signal `name` is not modelled."""
 
     def zero(frame: Any) -> float:
         if name not in _warned:
@@ -329,11 +340,11 @@ _AT_REST: Mapping[int, Callable[[Any], float]] = {
         *("PIGEON2_NO_MOTION_COUNT", "PIGEON2_TEMPERATURE", "PIGEON2_TEMP_COMP_DISABLED"),
     )
 }
-"""Functions for unmodelled signals, which read zero, by signal number."""
+"""Functions that return zero for the unmodelled signals, by signal number."""
 
 
 class EmulatedPigeon2(EmulatedDevice):
-    """Emulated Pigeon 2."""
+    """Emulated Pigeon 2 that receives the angles and angular velocities from physics."""
 
     model = "pigeon 2"
     type_number = 6
@@ -341,22 +352,26 @@ class EmulatedPigeon2(EmulatedDevice):
     def __init__(self, address: DeviceAddress, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
         super().__init__(address, clock, defaults)
         self.raw_yaw = 0.0
-        """Yaw since power-up, continuous over turns [deg]."""
+        """Yaw since power-up without the `set_yaw` offset, continuous over turns [deg]."""
         self.pitch = self.roll = 0.0
         self.rates = [0.0, 0.0, 0.0]
-        """Angular velocities about x, y and z [deg/s]."""
+        """Angular velocities about the x, y and z axes [deg/s]."""
         self._offset = 0.0
         self.send_frame()
 
     def command(self, spn: int, value: float) -> None:
-        """Set the yaw that robot code reads [deg]."""
+        """Execute the `set_yaw` command, which sets the yaw that robot code reads [deg].
+
+        Raises:
+            NotImplementedError: The command is not modelled.
+        """
         if spn == SpnValue.PIGEON2_SET_YAW.value:
             self._offset = value - self.raw_yaw
         else:
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
-        """Set yaw, pitch, roll [deg], an angular velocity [deg/s] or the supply voltage [V]."""
+        """Set a `sim_state` input: yaw, pitch or roll [deg], an angular velocity [deg/s] or the supply voltage [V]."""
         if name == "RawYaw":
             # The device turns in the shorter direction to a new yaw.
             self.raw_yaw += math.remainder(value - self.raw_yaw, 360.0)
@@ -372,7 +387,7 @@ class EmulatedPigeon2(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return the `sim_state` value called `name`; None if the device has no value of that name."""
+        """Return the `sim_state` value `name` [deg, deg/s or V]; None for an unknown name."""
         if name.startswith("AngularVelocity"):
             return self.rates["XYZ".index(name[-1])]
         return {
@@ -385,11 +400,14 @@ class EmulatedPigeon2(EmulatedDevice):
 
     @property
     def yaw(self) -> float:
-        """Present yaw, as robot code reads it [deg]."""
+        """Present yaw with the `set_yaw` offset, continuous over turns [deg]."""
         return self.raw_yaw + self._offset
 
     def sample(self) -> PigeonFrame:
-        """Return the present frame, without the slow Python-level `PigeonFrame.__new__` (250 calls per second)."""
+        """Return a status frame with the present readings.
+
+        The method runs 250 times per second, and therefore avoids the slow `PigeonFrame.__new__`.
+        """
         yaw, rates = self.raw_yaw + self._offset, self.rates
         return _new(PigeonFrame, (yaw, self.pitch, self.roll, rates[0], rates[1], rates[2], self.supply, self.clock.ns))
 
@@ -416,11 +434,11 @@ class EmulatedPigeon2(EmulatedDevice):
 
 
 _STRONG = 3000.0
-"""Constant signal strength reported by the simulated CANrange."""
+"""Constant signal strength that CTRE's simulated CANrange reports."""
 
 
 class CANrangeFrame(NamedTuple):
-    """Status frame of a CANrange [m, s, V]; field of view as center x, y and range x, y [deg]."""
+    """Status frame of a CANrange [m, s, V]. `fov` contains the field of view's center x, y and range x, y [deg]."""
 
     distance: float
     detected: bool
@@ -430,7 +448,7 @@ class CANrangeFrame(NamedTuple):
 
 
 class EmulatedCANrange(EmulatedDevice):
-    """Emulated CANrange."""
+    """Emulated CANrange that receives the distance from physics."""
 
     model = "canrange"
     type_number = 8
@@ -440,12 +458,12 @@ class EmulatedCANrange(EmulatedDevice):
         self.distance = 0.0
         """Distance to the object in front of the sensor [m]."""
         self.is_detected = True
-        """Whether an object is within the configured proximity threshold, with hysteresis."""
+        """Whether the CANrange detects an object within the proximity threshold, with the configured hysteresis."""
         self.configured()
         self.send_frame()
 
     def configured(self) -> None:
-        """Apply the configured threshold, hysteresis and minimum signal strength."""
+        """Apply the configured threshold, hysteresis and minimum signal strength, and update `is_detected`."""
         c = self.config
         self._threshold = c[SpnValue.CANRANGE_PROXIMITY_THRESHOLD.value]
         self._hysteresis = c[SpnValue.CANRANGE_PROXIMITY_HYSTERESIS.value]
@@ -457,7 +475,10 @@ class EmulatedCANrange(EmulatedDevice):
         self.is_detected = self._strength <= _STRONG and self.distance < self._threshold + band
 
     def set_input(self, name: str, value: float) -> None:
-        """Set the distance to the object in front of the sensor [m], or the supply voltage [V]."""
+        """Set a `sim_state` input: the distance to the object in front of the sensor [m], or the supply voltage [V].
+
+        A new distance updates `is_detected`.
+        """
         if name == "Distance":
             self.distance = value
             self._detect()
@@ -465,7 +486,7 @@ class EmulatedCANrange(EmulatedDevice):
             super().set_input(name, value)
 
     def sample(self) -> CANrangeFrame:
-        """Return the present frame."""
+        """Return a status frame with the present readings."""
         c = self.config
         fov = tuple(
             float(c[spn.value])
@@ -508,11 +529,11 @@ LIGHT_REQUESTS = (
     "TwinkleAnimation",
     "TwinkleOffAnimation",
 )
-"""Names of the control requests of a CANdle."""
+"""Phoenix 6 class names of a CANdle's control requests."""
 
 
 class EmulatedCANdle(EmulatedDevice):
-    """Emulated CANdle."""
+    """Emulated CANdle with a supply voltage and constant values for all other signals."""
 
     model = "candle"
     type_number = 10
@@ -522,7 +543,7 @@ class EmulatedCANdle(EmulatedDevice):
         self.send_frame()
 
     def sample(self) -> float:
-        """Return the present supply voltage [V]."""
+        """Return the present supply voltage [V], the only content of the status frame."""
         return self.supply
 
     signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {

@@ -1,4 +1,4 @@
-"""Emulated TalonFX or TalonFXS: limits, feedback, leader, requests, control loop and status frames."""
+"""Emulated TalonFX and TalonFXS, with limits, feedback sensor, followers, requests, control loop and status frames."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class TalonLimit:
 
     Args:
         controller: Name of the controller, for error messages.
-        forward: Whether the limit blocks forward motion instead of reverse.
+        forward: Whether the limit blocks forward motion; False for reverse motion.
     """
 
     __slots__ = (
@@ -80,13 +80,13 @@ class TalonLimit:
         self._controller = controller
         self._forward = forward
         self.closed = False
-        """Whether the limit switch wired to the controller is closed, as set by `sim_state`."""
+        """Whether the limit switch wired to the controller is closed. `sim_state` sets this value."""
         self._was_closed = False
         self.is_plain = True
-        """Whether only a normally open switch wired to the controller can stop the motor."""
+        """Whether the limit is off or uses only a normally open switch wired to the controller."""
 
     def configure(self, config: Mapping[int, Setting]) -> None:
-        """Apply the configuration for this direction.
+        """Apply the configured soft limit and limit switch for this limit's direction.
 
         Raises:
             NotImplementedError: The limit source is not modelled.
@@ -111,7 +111,7 @@ class TalonLimit:
             )
 
     def is_closed(self, devices: Devices) -> bool:
-        """Return whether the limit switch is closed (connected to ground) now."""
+        """Return whether the configured switch or remote sensor is closed now; False for a missing remote device."""
         if self._source == _PIN:
             return self.closed
         if self._source == _TALON:
@@ -125,7 +125,10 @@ class TalonLimit:
         return isinstance(candi, EmulatedCANdi) and candi.is_closed(0 if self._source == _CANDI_S1 else 1)
 
     def autoset(self, devices: Devices) -> float | None:
-        """Return the configured position [mechanism rotations] if the switch was hit since the last call, else None."""
+        """Return the configured autoset position [mechanism rotations] if the switch became active since the last call.
+
+        The method returns None if the switch did not become active, or if autoset is off.
+        """
         if not self._autoset:
             return None
         hit = self.is_closed(devices) != self._normally_closed
@@ -134,7 +137,14 @@ class TalonLimit:
         return self._autoset_value if fresh else None
 
     def stops(self, devices: Devices, position: float, ignore_soft: bool, ignore_hard: bool) -> tuple[bool, bool]:
-        """Return whether the soft limit and whether the limit switch block this direction."""
+        """Return whether the soft limit is active, and whether the limit switch is active.
+
+        Args:
+            devices: Devices on the controller's bus.
+            position: Position of the controller [mechanism rotations].
+            ignore_soft: Whether to ignore the soft limit.
+            ignore_hard: Whether to ignore the limit switch.
+        """
         soft = False
         if self._soft and not ignore_soft:
             soft = position > self._threshold if self._forward else position < self._threshold
@@ -145,11 +155,11 @@ class TalonLimit:
 HALF_RANGE = 16384.0
 """Largest magnitude of the rotor position that a device reports [rotations]."""
 IDLE = REQUESTS["Empty"]
-"""Request of a controller before the first request and after the last request has expired."""
+"""Request that is active until the first request, and again after a one-shot request has expired."""
 
 
 def within_range(turns: float) -> float:
-    """Return a rotor position wrapped to the reported range of +-16384 [rotations]."""
+    """Return the rotor position wrapped to the range that a device reports, from -16384 to 16384 [rotations]."""
     if -HALF_RANGE <= turns < HALF_RANGE:
         return turns
     return math.remainder(turns, 2.0 * HALF_RANGE)
@@ -181,33 +191,38 @@ class FeedbackSource(enum.IntEnum):
 class Feedback:
     """Configured feedback sensor of a controller: the rotor sensor or a sensor on the bus.
 
-    With a remote or fused sensor, the controller uses the position and velocity of this sensor, not of the rotor.
-    Readings arrive in the sensor's status frames, at 100 Hz unless robot code sets a faster rate, so a stiff loop
-    overshoots (up to 6.5 % for the steering of a swerve module with kP = 100 V/rotation). The loop runs once per frame:
-    the output holds until the next frame, a new setpoint waits for the next frame, and a request of another kind starts
-    with zero output. A synced sensor sets the zero of the rotor sensor, as CTRE documents but does not simulate.
+    With a remote or fused sensor, the controller uses this sensor's position and velocity instead of the rotor's.
+    The readings arrive in the sensor's status frames, at 100 Hz unless robot code sets another rate. A stiff loop
+    therefore overshoots, by up to 6.5 % for the steering of a swerve module with kP = 100 V/rotation. The loop runs
+    once per frame: the output is constant until the next frame, and a new setpoint takes effect at the next frame. A
+    request of another kind starts with zero output. A synced sensor sets the zero of the rotor sensor, as CTRE
+    documents but does not simulate.
 
-    Source: measured on CTRE's simulation 26.3.
+    Source: measurements of CTRE's simulation 26.3.
     """
 
     measure: Callable[[], None]
-    """Function that writes the sensor's last reading to `pos`, `vel` and `acc` of the controller's `loop`."""
+    """Function that writes the sensor's last reading to `pos`, `vel` and `acc` in the controller's `LoopState`."""
     is_rotor: bool
-    """Whether the feedback sensor is the rotor sensor, whose position can be set."""
+    """Whether the feedback sensor is the rotor sensor. `set_position` works only for the rotor sensor."""
     ratio: float = 1.0
-    """Rotor or bus sensor turns per mechanism rotation in robot code [-]."""
+    """Rotor turns, or sensor turns for a remote or fused sensor, per mechanism rotation [-]."""
     present: Callable[[], float] = float
-    """Function that returns the present position, without the delay of frames [mechanism rotations]."""
+    """Function that returns the present position without the delay of status frames [mechanism rotations]."""
     is_missing: bool = False
     """Whether robot code has not built the sensor with the configured ID."""
     remote: EmulatedDevice | None = None
-    """Device whose frames carry the readings; None if readings have no delay."""
+    """Device that sends the readings in status frames; None for the rotor, a synced sensor or a missing sensor."""
 
 
 def _remote(
     talon: EmulatedTalon, source: FeedbackSource, sensor_id: int
 ) -> tuple[EmulatedDevice, Callable[[Any], tuple[float, float]]] | None:
-    """Return the bus sensor and a function that reads (position, velocity) from a frame; None if not built."""
+    """Return the sensor on the bus, and a function that reads the sensor from a status frame.
+
+    The second item returns position [rotations] and velocity [rotations/s] for a status frame. If robot code has not
+    built the sensor, `_remote` returns None.
+    """
     devices = talon.devices
     if source in (FeedbackSource.REMOTE_CANCODER, FeedbackSource.FUSED_CANCODER, FeedbackSource.SYNC_CANCODER):
         encoder = devices.get((5, sensor_id))
@@ -233,6 +248,8 @@ def _remote(
 
 def feedback_of(talon: EmulatedTalon, config: Mapping[int, Setting]) -> Feedback:
     """Return the feedback sensor that a controller's configuration selects.
+
+    `is_missing` is true in the result if robot code has not built the sensor.
 
     Raises:
         NotImplementedError: The sensor is not modelled.
@@ -308,10 +325,12 @@ def _opposes(talon: EmulatedTalon) -> bool:
 
 
 def turning(talon: EmulatedTalon) -> float:
-    """Return the sign of the rotation under a positive output: 1 counter-clockwise, -1 clockwise.
+    """Return the direction of rotation for a positive output: 1 for counter-clockwise, -1 for clockwise.
 
-    A `Follower` adopts the leader's inversion; a `StrictFollower` keeps its configured inversion. Source: measured on
-    CTRE's simulation 26.3.
+    A `Follower` uses the leader's direction, reversed if opposed. A `StrictFollower` uses the follower's configured
+    direction.
+
+    Source: measurements of CTRE's simulation 26.3.
     """
     if talon.kind.axis is not Axis.FOLLOW or talon.kind.name == "StrictFollower":
         return talon.sign
@@ -322,11 +341,11 @@ def turning(talon: EmulatedTalon) -> float:
 
 
 def following(talon: EmulatedTalon) -> Callable[[int], None] | None:
-    """Return the step function of a follower; None for a motor with another request.
+    """Return a function that advances a follower by a number of control loops; None if the request is not a follower.
 
-    The step applies the output in the leader's last frame, in the unit of the leader's request, or is neutral without a
-    leader. The function is built when request, configuration or devices change, because a search for the leader each
-    step would double the cost.
+    The returned function applies the output in the leader's last status frame, in the unit of the leader's request.
+    Without a leader, the function applies the configured neutral mode. The controller calls `following` after each
+    change of request, configuration or devices, because a search for the leader in each step would double the cost.
     """
     if talon.kind.axis is not Axis.FOLLOW:
         return None
@@ -366,7 +385,7 @@ _OFF, _BRAKING, _MOTORING, _DISCORDANT, _REGENERATING = 1, 2, 3, 4, 5  # MotorOu
 
 
 class TalonFrame(NamedTuple):
-    """Status frame of a motor controller, with the signs that robot code uses."""
+    """Status frame of a motor controller, in which all values have robot code's sign."""
 
     position: float
     velocity: float
@@ -380,7 +399,7 @@ class TalonFrame(NamedTuple):
     is_neutral: bool
     is_braking: bool
     bridge_rps: float
-    """Rotor velocity at the last run of the output stage [rotations/s]."""
+    """Rotor velocity when the output stage last ran [rotations/s]."""
     ref: float
     slope: float
     err: float
@@ -393,7 +412,7 @@ class TalonFrame(NamedTuple):
     forward_closed: bool
     reverse_closed: bool
     turn: float
-    """Sign of the motor's direction: -1 if positive is clockwise, else 1."""
+    """Direction of positive rotation: 1 for counter-clockwise, -1 for clockwise."""
     has_arrived: bool
     """Whether the profile's setpoint has reached the goal."""
     plan: ControlPlan
@@ -401,19 +420,19 @@ class TalonFrame(NamedTuple):
 
     @property
     def rotor_position(self) -> float:
-        """Rotor position as robot code reads it, within +-16384 [rotations]."""
+        """Rotor position wrapped to the range from -16384 to 16384 [rotations]."""
         return within_range(self.turns)
 
     @property
     def bridge(self) -> int:
-        """Bridge state (`BridgeOutputValue`)."""
+        """Reported bridge state, a `BridgeOutputValue`."""
         if not self.is_neutral:
             return self.plan.drives
         return REQ_BRAKE if self.is_braking else REQ_COAST
 
     @property
     def status(self) -> int:
-        """Motor output status (`MotorOutputStatusValue`)."""
+        """Reported motor output status, a `MotorOutputStatusValue`."""
         if self.is_neutral:
             return _BRAKING if self.is_braking else _OFF
         if supply_current(self) < 0.0:
@@ -422,7 +441,7 @@ class TalonFrame(NamedTuple):
 
     @property
     def profiled(self) -> bool:
-        """Whether a Motion Magic profile is running."""
+        """Whether the controller is enabled with a Motion Magic request."""
         return self.enabled and self.plan.profile is not None
 
 
@@ -490,7 +509,7 @@ SIGNALS: Mapping[int, Callable[[Any], float]] = {
     **{spn.value: _constant(0.0) for spn in _DIFFERENTIAL},
     **{spn.value: _constant(0.0) for spn in _RAW_INPUTS},
 }
-"""Function that reads a signal from a frame, by signal number."""
+"""Functions that return a signal's value from a status frame, by signal number."""
 
 _BY_AXIS = {
     SpnValue.PRO_PID_REF_PID_ERR_PID_REF_POSITION.value,
@@ -507,7 +526,7 @@ _BY_UNIT = {
 
 
 def units_number(spn: int, frame: TalonFrame) -> int:
-    """Return the number of the signal that defines the units of `spn`, which depend on the frame's request."""
+    """Return the number of the signal that defines the units of signal `spn` for the frame's request."""
     if spn in _BY_AXIS:
         return spn + frame.plan.on_velocity
     return spn + frame.plan.unit_number if spn in _BY_UNIT else spn
@@ -518,7 +537,11 @@ _new = tuple.__new__
 
 
 def active_faults(talon: EmulatedTalon, is_sensor_missing: bool) -> Set[int]:
-    """Return the signal numbers of the active faults, including a missing remote sensor."""
+    """Return the signal numbers of the active faults.
+
+    The faults are active current limits, a supply overvoltage, a missing remote sensor, and active soft and hard limits
+    that block the output.
+    """
     bridge = talon.bridge
     limited = bridge.is_stator_limited or bridge.is_supply_limited or bridge.is_blocked
     if not limited and bridge.supply <= OVER_VOLTAGE and not is_sensor_missing:
@@ -539,11 +562,11 @@ def active_faults(talon: EmulatedTalon, is_sensor_missing: bool) -> Set[int]:
 
 
 def frame_of(talon: EmulatedTalon) -> TalonFrame:
-    """Return the present status frame."""
+    """Return a status frame with the present state of a controller."""
     b, m, plan, turn, devices = talon.bridge, talon.loop, talon.plan, talon.turn, talon.devices
     profile = plan.profile
-    # 0.9 us per frame instead of 7 us, because it bypasses the Python-level TalonFrame.__new__ and computes rarely read
-    # values on demand. 17 motors send 34 frames per tick.
+    # 0.9 us per frame instead of 7 us, because this code bypasses TalonFrame.__new__, and the frame's properties
+    # compute rarely read values on demand. 17 motors send 34 frames per tick.
     return _new(TalonFrame, (
         m.pos, m.vel, m.acc, turn * (talon.raw + talon.shift) + talon.rotor_offset, talon.rotor_rps * turn,
         b.volts, b.current, b.supply, b.is_neutral, b.is_braking, b.rps,
@@ -556,22 +579,26 @@ def frame_of(talon: EmulatedTalon) -> TalonFrame:
 _log = logging.getLogger(__name__)
 
 _CONTROL_PHASE_NS = 4_000_000
-"""Phase of control frames within their period [ns]: the delay of a request sent at a multiple of the period. On the
-wall clock the delay is between 0 and one period, with a median of 4.4 ms."""
+"""Delay of a control frame after a multiple of the frame period [ns].
+
+In CTRE's simulation in real time, the delay of a request is between 0 and one period, with a median of 4.4 ms.
+"""
 _ONE_SHOT_NS = 100_000_000
 """Lifetime of a one-shot request (`update_freq_hz=0`) [ns]."""
 _DEFAULTS = {"enable_foc": True, "max_abs_duty_cycle": 1.0, "update_freq_hz": 100.0}
-"""Library defaults of request fields, where not 0."""
+"""Library defaults of the request fields with a default other than 0."""
 
 
 class EmulatedTalon(EmulatedDevice):
-    """Emulated TalonFX; values have the signs that robot code uses unless stated otherwise.
+    """Emulated TalonFX with limits, feedback sensor, control loop and status frames.
+
+    All values have robot code's sign, unless the description of the value says otherwise.
 
     Args:
         address: CAN ID and bus.
         clock: Clock of simulated time.
         defaults: Factory configuration, by setting number.
-        devices: Devices on the same bus by type and ID, including remote sensors and leaders.
+        devices: Devices on the same bus, by (`DeviceType` number, CAN ID), including remote sensors and leaders.
     """
 
     model = "talon fx"
@@ -592,31 +619,31 @@ class EmulatedTalon(EmulatedDevice):
         self.rotor_rps = 0.0
         """Rotor velocity written by physics, counter-clockwise positive [rotations/s]."""
         self.rotor_acceleration = 0.0
-        """Rotor acceleration, written by physics or derived from two velocities [rotations/s^2]."""
+        """Rotor acceleration from physics or from `set_velocity`, counter-clockwise positive [rotations/s^2]."""
         self._written_ns = clock.ns
         self.shift = 0.0
         """Offset of the rotor position from `set_position`, counter-clockwise positive [rotations]."""
         self.rotor_offset = 0.0
         """Configured rotor offset [rotations]."""
         self.sign = 1.0
-        """Sign of the configured direction: -1 for clockwise positive, else 1."""
+        """Configured direction of positive rotation: 1 for counter-clockwise, -1 for clockwise."""
         self.turn = 1.0
-        """Sign of the effective direction, from the configuration or a follower's leader: -1 for clockwise positive."""
+        """Direction of positive rotation from the configuration or the leader: 1 counter-clockwise, -1 clockwise."""
         self.loop = LoopState()
-        """State of the control loop."""
+        """Sensor reading, setpoints and output of the control loop."""
         # request
         self.kind: RequestKind = IDLE
         """Kind of the active request."""
         self.args: tuple[Any, ...] = (0.0,)
-        """Fields of the active request."""
+        """Values of the active request's fields, in the order of `kind.fields`."""
         self.plan: ControlPlan
         """Control law and output stage of the active request."""
         self.slot = 0
         self.enabled = False
         self.limits_hit = (False, False, False, False)
-        """Whether each limit is active: forward soft limit, reverse soft limit, forward switch, reverse switch."""
+        """Whether each limit is active: forward soft limit, reverse soft limit, forward switch and reverse switch."""
         self._pending: tuple[int, RequestKind, tuple[Any, ...]] | None = None
-        """Pending control frame: send time [ns], request kind and fields; None without a new request."""
+        """Send time [ns], request kind and field values of the pending control frame; None if no frame is pending."""
         self._expires: int | None = None
         """Time at which a one-shot request expires [ns]; None for other requests."""
         self._plans: dict[tuple[str, int, bool], ControlPlan] = {}
@@ -633,7 +660,7 @@ class EmulatedTalon(EmulatedDevice):
     # ---- configuration
 
     def configured(self) -> None:
-        """Apply the configuration to bridge, limits, feedback sensor and active request."""
+        """Apply the configuration to the bridge, limits and feedback sensor, and apply the active request again."""
         self.sign = self.turn = -1.0 if self.config[SpnValue.CONFIG_INVERTED.value] else 1.0
         self.rotor_offset = self.config.get(SpnValue.CONFIG_FEEDBACK_ROTOR_OFFSET.value, 0.0)
         self._autosets = any(
@@ -652,22 +679,29 @@ class EmulatedTalon(EmulatedDevice):
         self._accept(self.kind, self.args)
 
     def resolve(self) -> None:
-        """Look up the configured sensor and the leader, which robot code may build after this controller."""
+        """Find the configured feedback sensor and the leader.
+
+        The emulator calls this method after each new device, because robot code may build a sensor or leader later.
+        """
         self.feedback = feedback_of(self, self.config)
         self.measure = self.feedback.measure
         self._follow = following(self)
 
     def command(self, spn: int, value: float) -> None:
-        """Set the position that robot code reads [mechanism rotations]."""
+        """Execute the `set_position` command, with the new position in mechanism rotations.
+
+        Raises:
+            NotImplementedError: The command is not modelled.
+        """
         if spn == SpnValue.TALON_FX_SET_SENSOR_POSITION.value:
             self.set_position(value)
         else:
             super().command(spn, value)
 
     def set_position(self, position: float) -> None:
-        """Set the present position [mechanism rotations].
+        """Set the present position that robot code reads [mechanism rotations].
 
-        The call has no effect with a remote, fused or synced sensor.
+        With a remote, fused or synced sensor, the method has no effect except for a warning at the first call.
         """
         if not self.feedback.is_rotor:
             if not self._has_warned:
@@ -681,7 +715,7 @@ class EmulatedTalon(EmulatedDevice):
     # ---- requests
 
     def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
-        """Receive a control request from robot code, to take effect with the next control frame.
+        """Store a control request for the next control frame, or a one-shot request for the next step.
 
         Raises:
             NonFiniteError: A field is NaN.
@@ -709,7 +743,7 @@ class EmulatedTalon(EmulatedDevice):
         self._pending = ((now - phase + period - 1) // period * period + phase, kind, args)
 
     def apply(self, kind: str, **values: float) -> None:
-        """Apply a request immediately, without the latency of a control frame.
+        """Apply a request immediately, without the latency of a control frame, and discard any pending request.
 
         Args:
             kind: Name of the request, for example "VelocityVoltage".
@@ -720,11 +754,14 @@ class EmulatedTalon(EmulatedDevice):
         self._accept(request, tuple(values.get(f, _DEFAULTS.get(f, 0.0)) for f in request.fields))
 
     def renew(self, kind: RequestKind, foc: bool) -> bool:
-        """Extend a one-shot request of this kind if active; return whether its setpoints may be changed directly.
+        """Renew the lifetime of the active one-shot request if the kind and the FOC setting match.
 
         Args:
-            kind: Kind of the request.
-            foc: Whether the request enables FOC.
+            kind: Kind of the repeated request.
+            foc: Whether the repeated request enables FOC.
+
+        Returns:
+            Whether the method renewed the request. If so, the caller may change the setpoints in `loop` directly.
         """
         if self.kind is not kind or self._pending is not None or self._expires is None:
             return False
@@ -735,7 +772,11 @@ class EmulatedTalon(EmulatedDevice):
         return True
 
     def _accept(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
-        """Make a request the active request."""
+        """Make a request the active request, and restart the control loop if the kind of request changes.
+
+        Raises:
+            NotImplementedError: The slot uses gain scheduling.
+        """
         changed = kind is not self.kind
         self.kind, self.args = kind, args
         self.turn = turning(self)
@@ -759,7 +800,7 @@ class EmulatedTalon(EmulatedDevice):
             self._begin()
 
     def _take_goals(self, plan: ControlPlan) -> None:
-        """Read the setpoints of the active request."""
+        """Copy the setpoints and profile limits of the active request to `loop`."""
         axis, args = self.kind.axis, self.args
         if axis is Axis.OPEN:
             self.loop.output = float(args[1])
@@ -773,7 +814,7 @@ class EmulatedTalon(EmulatedDevice):
             self.loop.limits = limits_of(self.config, self.kind, args)
 
     def _take_options(self) -> None:
-        """Read feed-forward, neutral override, deadband and limit flags of a request with output."""
+        """Copy feed-forward, neutral override, deadband, largest duty cycle and limit flags from the active request."""
         bridge, args, field = self.bridge, self.args, self.kind.slots
         self.loop.feed_forward = float(args[field["feed_forward"]]) if "feed_forward" in field else 0.0
         torque = self.kind.unit is Unit.AMPERES
@@ -784,7 +825,7 @@ class EmulatedTalon(EmulatedDevice):
         self._limit_flags = tuple(bool(flag) for flag in args[-5:-1])
 
     def _begin(self) -> None:
-        """Restart the control loop from the present state."""
+        """Restart the control loop and all profiles from the present sensor reading."""
         self._unseen = 0
         if self.feedback.remote is not None:
             self._seen_ns = self.feedback.remote.frame_ns
@@ -795,11 +836,11 @@ class EmulatedTalon(EmulatedDevice):
 
     @property
     def rotor_position(self) -> float:
-        """Rotor position as robot code reads it, within +-16384 [rotations]."""
+        """Rotor position with robot code's sign, wrapped to the range from -16384 to 16384 [rotations]."""
         return within_range(self.turn * (self.raw + self.shift) + self.rotor_offset)
 
     def set_velocity(self, rps: float) -> None:
-        """Set the rotor velocity [rotations/s] and derive the acceleration from the last velocity."""
+        """Set the rotor velocity [rotations/s], and derive the acceleration from the previous velocity."""
         elapsed = self.clock.ns - self._written_ns
         if elapsed > 0:
             self.rotor_acceleration = 1e9 * (rps - self.rotor_rps) / elapsed
@@ -807,7 +848,13 @@ class EmulatedTalon(EmulatedDevice):
         self.rotor_rps = rps
 
     def set_input(self, name: str, value: float) -> None:
-        """Set a `sim_state` or SimDevice input by CTRE's name; rotor values are counter-clockwise positive."""
+        """Set a `sim_state` or SimDevice input by CTRE's name, with counter-clockwise positive rotor values.
+
+        The units are rotations, rotations/s, rotations/s^2 and V. A new motor type applies the configuration again.
+
+        Raises:
+            NotImplementedError: The input is not modelled.
+        """
         if name == "RawRotorPosition":
             self.raw = value
         elif name == "RotorVelocity":
@@ -829,9 +876,9 @@ class EmulatedTalon(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """Return a `sim_state` value, or None for an unknown name.
+        """Return a `sim_state` value by CTRE's name; None for an unknown name.
 
-        Rotor values and motor voltage are counter-clockwise positive; torque current and duty cycle have robot code's
+        Rotor values and motor voltage are counter-clockwise positive. Torque current and duty cycle have robot code's
         sign.
         """
         bridge = self.bridge
@@ -860,7 +907,7 @@ class EmulatedTalon(EmulatedDevice):
     # ---- control loop
 
     def run(self, loops: int, enabled: bool) -> None:
-        """Advance by a number of control loops; a pending request takes effect at its send time."""
+        """Advance by a number of control loops, and apply a pending request when its send time is reached."""
         pending = self._pending
         if pending is not None:
             before = (pending[0] - self.clock.loop_ns + LOOP_NS - 1) // LOOP_NS
@@ -913,7 +960,7 @@ class EmulatedTalon(EmulatedDevice):
         stage(loop.pid_out, loops)
 
     def _neutral_or_follow(self, loops: int) -> None:
-        """Apply the neutral mode, or the leader's output for an enabled follower."""
+        """Apply the leader's output for an enabled follower, and the neutral mode in all other cases."""
         bridge, axis = self.bridge, self.kind.axis
         if not self.enabled:
             coasts = axis is Axis.COAST or (self.kind.unit is Unit.AMPERES and bridge.override)
@@ -936,12 +983,12 @@ class EmulatedTalon(EmulatedDevice):
     # ---- status
 
     def setpoint(self) -> tuple[bool, bool, float] | None:
-        """Return the goal of the closed loop; None without an active closed loop.
+        """Return the goal of the active closed loop; None without an active closed loop.
 
         Returns:
-            Whether the goal is a velocity, whether the goal applies to the rotor instead of a bus sensor, and the goal:
-            a shaft velocity [rotations/s] or a distance from the present position [rotations], counter-clockwise
-            positive for the rotor.
+            Whether the goal is a velocity, whether the goal is for the rotor instead of a sensor on the bus, and the
+            goal. The goal is a velocity [rotations/s] or the distance to the position setpoint [rotations] of the rotor
+            or sensor. Rotor goals are counter-clockwise positive.
         """
         feedback, axis = self.feedback, self.kind.axis
         if not self.enabled or feedback.is_missing or self.plan.law is None or axis is Axis.OPEN:
@@ -954,12 +1001,12 @@ class EmulatedTalon(EmulatedDevice):
         return self.plan.on_velocity, is_rotor, turns * feedback.ratio * (self.turn if is_rotor else 1.0)
 
     def sample(self) -> TalonFrame:
-        """Return a status frame with the present readings."""
+        """Update the sensor reading, and return a status frame with the present state."""
         self.measure()
         return frame_of(self)
 
     def send_frame(self) -> None:
-        """Update the faults and send a status frame."""
+        """Update the active faults, and store a new status frame for robot code to read."""
         self.fault_flags.set_active(active_faults(self, self.feedback.is_missing))
         super().send_frame()
 
@@ -969,7 +1016,7 @@ class EmulatedTalon(EmulatedDevice):
 
 
 class EmulatedTalonFXS(EmulatedTalon):
-    """Emulated TalonFXS, whose bridge stays off without a configured motor arrangement."""
+    """Emulated TalonFXS, with neutral output until robot code configures a motor arrangement."""
 
     model = "talon fxs"
     type_number = 7
@@ -988,7 +1035,11 @@ class EmulatedTalonFXS(EmulatedTalon):
         super().configured()
 
     def set_input(self, name: str, value: float) -> None:
-        """Set an input as for a TalonFX, except the motor type, which only the configuration sets."""
+        """Set a `sim_state` input of the TalonFX, except for the motor type.
+
+        Raises:
+            NotImplementedError: The input is not modelled, or is the motor type, which the configuration sets.
+        """
         if name == "MotorType":
             raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
         super().set_input(name, value)

@@ -3,9 +3,10 @@
 The installation also changes three features of the Python library:
 
 - The enable feed of device objects, a WPILib Notifier, stops at install and uninstall.
-- The copies to WPILib SimDevices are off by default. Each device object copies its state before every robot tick for
-  the simulation GUI. Tests do not need the copies, which would take most of a tick (17-39 us per device).
-- In simulated time, a `sim_state` identifies its device by the device hash instead of type and ID without the bus.
+- Device objects do not copy their state to WPILib SimDevices by default. The library makes these copies before every
+  robot tick for the simulation GUI. Tests do not need the copies, which would take most of a tick (17-39 us per
+  device).
+- A `sim_state` identifies a device by the device hash, because a device type and CAN ID do not include the bus.
 """
 
 from __future__ import annotations
@@ -44,17 +45,17 @@ _CLASSES = ("TalonFX", "TalonFXS", "CANcoder", "Pigeon2", "CANrange", "CANdi", "
 
 
 class SeamError(SimcoreError, RuntimeError):
-    """Error for an installed phoenix6 whose native functions do not match the emulator."""
+    """Error raised when the native interface of the installed phoenix6 does not match the emulator."""
 
 
 class _SimDeviceCopies:
-    """Switch for the copies of device state to WPILib SimDevices."""
+    """Switch that turns the copying of device state to WPILib SimDevices off and on."""
 
     def __init__(self) -> None:
         self._saved: list[tuple[type, str, Any]] = []
 
     def off(self) -> None:
-        """Turn copies off for devices built later."""
+        """Turn copying off for all devices built after this call."""
         for name in _CLASSES:
             cls = getattr(hardware, name)
             attribute = f"_{name}__on_periodic"
@@ -64,7 +65,7 @@ class _SimDeviceCopies:
                 setattr(cls, attribute, _nothing)
 
     def on(self) -> None:
-        """Restore the library's copies of device state."""
+        """Turn copying on again by restoring the library's methods."""
         for cls, attribute, method in self._saved:
             setattr(cls, attribute, method)
         self._saved.clear()
@@ -98,10 +99,10 @@ _real: tuple[Any, Any] | None = None
 
 
 def check_seam() -> None:
-    """Check that the native functions of the installed phoenix6 match the emulator.
+    """Check that the native interface of the installed phoenix6 matches the emulator.
 
     Raises:
-        SeamError: The functions do not match; the message states the difference and the supported versions.
+        SeamError: The interface does not match. The message states the difference and the supported versions.
     """
     version = metadata.version("phoenix6")
     wrong = _misfit()
@@ -113,7 +114,7 @@ def check_seam() -> None:
 
 
 def _misfit() -> str | None:
-    """Return the first difference between the installed phoenix6 and the emulator; None if they match."""
+    """Describe the first mismatch between the installed phoenix6 and the emulator; return None if all parts match."""
     for name in (_INSTANCE, _API, _FUNCTIONS):
         if not hasattr(Native, name):
             return f"its phoenix_native.Native has no {name.removeprefix('_Native')}"
@@ -156,9 +157,10 @@ def _misfit() -> str | None:
 
 
 def install(*, delays: EnableDelays | None = None, mirror: bool = False) -> Emulator:
-    """Switch Phoenix 6 to simulated time, and return the emulator; call this before robot code builds its first device.
+    """Replace Phoenix 6's native libraries with the emulator, and return the emulator.
 
-    A later call removes all devices and returns the emulator of the first call.
+    Call this function before robot code builds the first device. While an emulator is installed, a further call ignores
+    the arguments, removes all devices and returns that emulator.
 
     Args:
         delays: Delays from the enable feed to the devices' response; None for the defaults.
@@ -193,7 +195,10 @@ def installed() -> Emulator | None:
 
 
 def uninstall() -> None:
-    """Restore Phoenix 6's native libraries; devices built in simulated time must no longer be used."""
+    """Restore Phoenix 6's native libraries.
+
+    After this call, robot code must not use devices that were built in simulated time.
+    """
     global _current, _real
     _stop_feed()
     if _real is not None:
@@ -204,10 +209,10 @@ def uninstall() -> None:
 
 
 def _stop_feed() -> None:
-    """Stop the Notifier that calls `feed_enable`; the next device starts a new Notifier.
+    """Stop the Notifier that calls `feed_enable`.
 
-    Otherwise, devices that robot code has not closed would feed the enable signal of the next test, and a Notifier that
-    is still running at Python's shutdown would abort the process.
+    The library starts a new Notifier for the next device. Without this stop, devices that robot code has not closed
+    would enable the devices of the next test, and a Notifier that still runs when Python exits would abort the process.
     """
     cls = getattr(auto_feed_enable, "AutoFeedEnable", None)
     feed = getattr(cls, _FEED, None)

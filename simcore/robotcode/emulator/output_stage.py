@@ -1,12 +1,12 @@
 """Output stage of a motor controller: peak output, ramp, deadband, soft and hard limits, applied in this order.
 
-Voltage, current and supply current come from the robot model that turns the motor (`show`), which applies the current
-limits of the stage. Without a robot model, as in a test that writes the rotor through `sim_state`, the stage computes
-the three values for a motor held at the rotor's speed, with the motor law of the simulation loop.
+A robot model applies the current limits and sets the motor voltage and current (`Bridge.show`). A test may instead
+write the rotor state through `sim_state`. Without a robot model, the bridge computes voltage and current with the motor
+law of the simulation loop, for a rotor held at its present speed.
 
-Source: measured on CTRE's simulation 26.3 with the rotor held at given speeds. Current limits act in all four
-quadrants. The deadband is subtracted and the remainder rescaled. Braking with zero volts (`VoltageOut(0)`) keeps the
-stator limit, a static brake does not. No bridge carries more than 200 A.
+Source: measurements of CTRE's simulation 26.3 with the rotor held at given speeds. Current limits act in all four
+quadrants. The output stage subtracts the deadband and rescales the remainder. The stator limit applies to braking with
+zero volts (`VoltageOut(0)`), but not to a static brake. The current of a bridge never exceeds 200 A.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ class ConnectedMotor:
     """Motor model, with FOC if the motor supports FOC."""
     trapezoidal: MotorModel
     kt: float
-    """Result of `get_motor_kt` [N m/A]."""
+    """Torque constant that `get_motor_kt` returns [N m/A]."""
     kv: float
-    """Result of `get_motor_kv` [rpm/V]."""
+    """Velocity constant that `get_motor_kv` returns [rpm/V]."""
     stall_current: float
-    """Result of `get_motor_stall_current` [A]."""
+    """Stall current that `get_motor_stall_current` returns [A]."""
     number: int
     """Motor number in `ConnectedMotorValue`."""
 
@@ -60,27 +60,33 @@ ARRANGEMENTS: dict[int, ConnectedMotor] = {
     6: _brushless("NEO 550", 0.0097, 975.0, 111.0, 9),
     7: _brushless("NEO Vortex", 0.0154, 565.0, 391.0, 10),
 }
-"""Motors of a TalonFXS, by `MotorArrangementValue`; a CIM represents all brushed motors."""
+"""Motors of a TalonFXS, by `MotorArrangementValue`. A CIM represents all brushed motors."""
 
 Stage = Callable[[float, int], None]
-"""Function that requests an output from the motor for a number of control loops."""
+"""Output stage: a function that applies the control law's output to the bridge for a number of control loops."""
 
 OVER_VOLTAGE = 16.5
-"""Supply voltage above which the bridge turns off [V]; measured between 16 and 18 V."""
+"""Supply voltage above which the bridge turns off [V]. The measured threshold is between 16 and 18 V."""
 _HARD_CAP = 200.0
 """Largest current of a bridge, even without configured limits [A]."""
 _SUPPLY_SLACK = 0.4
-"""Mean deficit below the supply limit [A], because CTRE's simulated limiter oscillates within 1 A of the limit."""
+"""Amount by which the bridge lowers the configured supply limit [A].
+
+CTRE's simulated limiter oscillates within 1 A of the limit. The mean current is this amount below the limit.
+"""
 _LIMITED = 0.98
-"""Fraction of a limit that counts as reached, because the model's battery differs slightly from the device's [-]."""
+"""Fraction of a current limit above which the limit counts as reached [-].
+
+The fraction is below 1 because the supply voltages of robot model and device differ slightly.
+"""
 _HELD = 1e12
-"""Stiffness that holds the rotor at its speed against any torque [N m s]."""
+"""Damping coefficient that holds the rotor at the given speed against any torque [N m s]."""
 _TORQUE_RANGE = 327.67
-"""Full scale of a torque current request, up to which the output beyond a deadband is rescaled [A]."""
+"""Torque current that the deadband leaves unchanged: the full scale of a torque current request [A]."""
 _MAX_REQUEST_DEADBAND = 15.0
 """Largest deadband that a request can set [A]."""
 _FULL = {Unit.DUTY: 1.0, Unit.VOLTS: 12.0, Unit.AMPERES: 300.0}
-"""Change of output over one ramp period [-, V or A]."""
+"""Output change in one configured ramp period, by output unit [-, V or A]."""
 _RAMPS = {
     (Unit.DUTY, False): SpnValue.CONFIG_DUTY_CYCLE_OPEN_LOOP_RAMP_PERIOD.value,
     (Unit.VOLTS, False): SpnValue.CONFIG_VOLTAGE_OPEN_LOOP_RAMP_PERIOD.value,
@@ -92,12 +98,12 @@ _RAMPS = {
 
 
 def _emf(model: MotorModel) -> float:
-    """Return the back-EMF constant [V s/rotation] without free current, as in CTRE's simulation."""
+    """Return the back-EMF constant [V s/rotation] for zero free current, as in CTRE's simulation."""
     return model.nominal_voltage * math.tau / model.free_speed
 
 
 class _Flow(Protocol):
-    """Electrical state of a motor."""
+    """Voltage and current of a motor, and the supply voltage of the controller."""
 
     @property
     def volts(self) -> float:
@@ -123,10 +129,10 @@ def supply_current(flow: _Flow) -> float:
 
 
 class Bridge:
-    """Bridge that drives one motor by voltage, duty cycle or current, with the signs that robot code uses.
+    """Bridge that applies a voltage, duty cycle or torque current to one motor, with robot code's sign.
 
     Args:
-        motor: Motor to simulate until a robot model sets voltage and current.
+        motor: Motor whose voltage and current the bridge computes until the first call of `show`.
     """
 
     def __init__(self, motor: ConnectedMotor) -> None:
@@ -134,14 +140,17 @@ class Bridge:
         self.unit = Unit.VOLTS
         """Unit of `asked`."""
         self.asked = 0.0
-        """Requested motor output, in `unit`."""
+        """Output requested from the motor, in the unit `unit`."""
         self.is_neutral = True
-        """Whether the bridge is neutral (brake or coast)."""
+        """Whether the bridge is neutral, with the motor shorted (brake) or disconnected (coast)."""
         self.is_braking = False
         """Whether a neutral bridge brakes by shorting the motor instead of coasting."""
         self._volts = self._current = 0.0
         self._is_due = False
-        """Whether the next read must recompute voltage and current, which takes longer than a control loop."""
+        """Whether the next read must compute voltage and current.
+
+        The bridge computes these values only on demand, because the computation takes longer than a control loop.
+        """
         self.has_model = False
         """Whether a robot model sets voltage and current."""
         self.supply = 12.0
@@ -151,20 +160,20 @@ class Bridge:
         self.brake = False
         """Whether the configured neutral mode is brake."""
         self.override = False
-        """Whether a request overrides the neutral mode: brake for voltage and duty cycle, coast for torque current."""
+        """Whether the request overrides the neutral mode: brake for voltage or duty cycle, coast for torque current."""
         self.deadband = 0.0
         """Deadband of the torque current request [A]."""
         self.max_duty = 1.0
         """Largest duty cycle of the torque current request [-]."""
         self.blocked_forward = self.blocked_reverse = False
-        """Whether a limit blocks forward or reverse output."""
+        """Whether a limit or the request blocks forward output or reverse output."""
         self.is_blocked = False
         self._foc = True
         self._last = self._over = 0.0
         self._is_lowered = False
 
     def configure(self, config: Mapping[int, Setting]) -> None:
-        """Apply the configured limits, peaks, deadbands and ramps."""
+        """Apply the configured current limits, neutral mode, deadbands, peak outputs and ramps."""
 
         def get(name: str, default: float = 0.0) -> float:
             return config.get(SpnValue[name].value, default)
@@ -191,7 +200,7 @@ class Bridge:
     # ---- requests
 
     def stage(self, unit: Unit, *, closed: bool, foc: bool) -> Stage:
-        """Return the output stage for requests in one unit, with the ramp for open or closed loops."""
+        """Return the output stage for one output unit, with the open-loop or closed-loop ramp. `foc` selects FOC."""
         high, low = self.peaks[unit]
         rate = self._ramps[unit, closed] * LOOP
         is_torque, is_duty = unit is Unit.AMPERES, unit is Unit.DUTY
@@ -233,24 +242,27 @@ class Bridge:
         self._is_due = not self.has_model
 
     def carry(self, unit: Unit) -> None:
-        """Start the ramp of a request of another kind at the present output."""
+        """Start the ramp of a new request at the present output in `unit`, or at 0 if the bridge is neutral."""
         present = {Unit.DUTY: duty(self), Unit.VOLTS: self.volts, Unit.AMPERES: self.current}[unit]
         self._last = 0.0 if self.is_neutral else present
 
     def rest(self) -> None:
-        """Reset the ramp and the time above the supply limit."""
+        """Reset the ramp, the time at the supply limit, the lowered supply limit and the blocked state."""
         self._last = self._over = 0.0
         self._is_lowered = self.is_blocked = False
 
     def _past_duty_deadband(self, out: float, full: float) -> float:
-        """Return the output beyond the duty cycle deadband, rescaled to the full output."""
+        """Return the output [duty cycle or V] beyond the duty cycle deadband, rescaled to the full output."""
         if not self._deadband:
             return out
         rest = abs(out) / full - self._deadband
         return math.copysign(rest / (1.0 - self._deadband) * full, out) if rest > 0.0 else 0.0
 
     def _past_deadband(self, amperes: float) -> float:
-        """Return the torque current beyond the larger deadband of request and configuration, rescaled [A]."""
+        """Return the torque current [A] beyond the deadband, rescaled to the full range.
+
+        The deadband is the larger of the request's deadband and the configured deadband.
+        """
         band = max(min(self.deadband, _MAX_REQUEST_DEADBAND), self._torque_deadband)
         rest = abs(amperes) - band
         return math.copysign(rest * _TORQUE_RANGE / (_TORQUE_RANGE - band), amperes) if rest > 0.0 else 0.0
@@ -259,16 +271,17 @@ class Bridge:
 
     @property
     def asked_volts(self) -> float:
-        """Requested voltage, or the voltage for a requested torque current [V]."""
+        """Requested motor voltage [V]; for a torque current request, the actual motor voltage."""
         if self.unit is Unit.AMPERES:
             return self.volts
         return self.asked * self.supply if self.unit is Unit.DUTY else self.asked
 
     @property
     def share(self) -> float | None:
-        """Requested duty cycle, subject to `limits` [-]; None for a voltage request.
+        """Requested duty cycle before the current limits [-]; None for a voltage request.
 
-        A torque current request is the largest allowed duty cycle with the requested current as a limit.
+        For a torque current request, the value is the largest allowed duty cycle, and `limits` includes the requested
+        current.
         """
         if self.unit is Unit.AMPERES:
             return math.copysign(self.max_duty, self.asked)
@@ -276,7 +289,7 @@ class Bridge:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Active limits of stator current and supply current [A]."""
+        """Active limits of the stator current and of the supply current [A]."""
         stator = min(abs(self.asked), self._stator_limit) if self.unit is Unit.AMPERES else self._stator_limit
         return stator, self._lower if self._is_lowered else self._supply_limit
 
@@ -296,22 +309,22 @@ class Bridge:
 
     @property
     def is_stator_limited(self) -> bool:
-        """Whether the stator limit bounds the motor current."""
+        """Whether the stator current limit is active."""
         return not self.is_neutral and abs(self.current) > _LIMITED * self._stator_limit
 
     @property
     def is_supply_limited(self) -> bool:
-        """Whether the supply limit bounded the motor current at the last evaluation."""
+        """Whether the supply current limit was active when the motor current was last computed."""
         return not self.is_neutral and self._current * self._volts > _LIMITED * self.limits[1] * self.supply
 
     def show(self, volts: float, current: float) -> None:
-        """Set motor voltage [V] and current [A] from a robot model."""
+        """Set motor voltage [V] and current [A] from a robot model. The bridge no longer computes these values."""
         self.has_model = True
         self._is_due = False
         self._volts, self._current = volts, current
 
     def _hold_rotor(self) -> None:
-        """Compute voltage and current of the motor with the rotor held at the present speed."""
+        """Compute the motor's voltage and current at the present rotor speed."""
         self._is_due = False
         model = self.motor.model if self._foc and not self.is_neutral else self.motor.trapezoidal
         ohm, emf, w = model.resistance, _emf(model), self.rps
@@ -329,7 +342,10 @@ class Bridge:
         _, self._current, self._volts, _, _ = solve_limited(_HELD, *held)  # type: ignore[no-untyped-call]
 
     def _time_limit(self, loops: int) -> None:
-        """Lower the supply limit after the configured time at the limit; restore the limit at a lower current."""
+        """Lower the supply limit after the configured time at the limit.
+
+        The method restores the configured limit as soon as the supply current is below the active limit.
+        """
         limit = self._lower if self._is_lowered else self._supply_limit
         if self._current * self._volts <= _LIMITED * limit * self.supply:
             self._over, self._is_lowered = 0.0, False

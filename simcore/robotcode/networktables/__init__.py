@@ -1,1 +1,1 @@
-"""NetworkTables: telemetry, dashboard commands, Limelights and QuestNav."""
+"""NetworkTables interfaces: telemetry, dashboard commands, and the tables of Limelights and QuestNav."""

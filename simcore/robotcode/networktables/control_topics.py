@@ -1,8 +1,9 @@
-"""NetworkTables topics with which a dashboard controls a match.
+"""NetworkTables topics that let a dashboard control a match.
 
-`Sim/Control/` has buttons (booleans that a dashboard sets to true and `ControlTopics` resets), numbers for the position
-at which a button acts, choosers in the format of WPILib's `SendableChooser`, and poses and positions for programs to
-write. `Sim/HumanPlayer/` has a button for each human player action.
+`Sim/Control/` contains buttons, choosers, numbers, poses and positions. A button is a boolean that a dashboard sets to
+true and `ControlTopics` resets. A chooser has the format of WPILib's `SendableChooser`. The numbers give the position
+at which a button acts, and programs write the poses and positions. `Sim/HumanPlayer/` contains a button for each human
+player action.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ _OPTIONS = season.pub_sub_options(periodic=0.02, poll_storage=100, send_all=True
 class ControlTopics:
     """Listener for dashboard commands to a match, which also publishes the result of each command.
 
-    Not for tests: values arrive on the wall clock, so two runs would differ.
+    Tests must not use this class, because values arrive on the wall clock and two runs would differ.
 
     Args:
         match: Match whose `control` executes the commands before each tick.
@@ -108,7 +109,10 @@ class ControlTopics:
     # --- received values ------------------------------------------------------------------------------------------
 
     def _take(self, name: str, value: Any) -> None:
-        """Store a number or choice, or request the action of a pose or button; ignore a value of the wrong type."""
+        """Store a number or choice, or request the action of a pose or button.
+
+        The method ignores numbers, choices and buttons of the wrong type, and actions older than this object.
+        """
         content = value.value()
         if name in self._numbers:
             if isinstance(content, float):
@@ -126,14 +130,18 @@ class ControlTopics:
             self._buttons[name]()
 
     def _take_of_people(self, name: str, value: object) -> None:
-        """Request a human player action or manual control; a value that is not a boolean raises a `ConfigError`."""
+        """Request a human player action or a change of manual control.
+
+        Raises:
+            ConfigError: The value is not a boolean.
+        """
         if name == "Actions" or "/Ready/" in name:
             return
         alliance, _, action = name.partition("/")
         if not isinstance(value, bool):
             raise ConfigError(f"a button is a boolean that is set to true, got {shown(value)}")
         if action == "Manual":
-            if value != self._values.get(_HUMAN_TABLE + name):  # an equal value was published here
+            if value != self._values.get(_HUMAN_TABLE + name):  # an equal value comes from this object
                 self._values[_HUMAN_TABLE + name] = value
                 self._control.do("take_over", {"alliance": alliance.lower(), "by_person": value})
         elif value:
@@ -164,7 +172,7 @@ class ControlTopics:
                 self._publish("integer", f"{folder}/Ready/{action.name}", feeder.stock)
 
     def _publish(self, kind: str, topic: str, value: Any) -> None:
-        """Publish a topic's value if it has changed."""
+        """Publish a value on a topic, which the first call creates, if the value has changed."""
         if topic not in self._publishers:
             full = getattr(self._instance, f"get_{kind}_topic")(topic)
             self._publishers[topic] = full.publish(_OPTIONS)

@@ -24,7 +24,7 @@ from simcore.vision.limelight_settings import INPUTS
 __all__ = ["TOPICS", "LimelightTable", "frame_json", "frame_values"]
 
 _ORIENTATION = "robot_orientation_set"
-_EVERY = 0.005  # [s], period with which ntcore sends
+_EVERY = 0.005  # [s], send period of ntcore
 _MOST_HEADINGS = 100  # requests buffered between ticks; a team's odometry thread sends up to 250 per second
 _KINDS = {
     "int": "integer",
@@ -33,12 +33,12 @@ _KINDS = {
     "string[]": "string_array",
     "double[]": "double_array",
 }
-"""ntcore's name of each type in `TOPICS`."""
+"""Type name in ntcore's method names, by type in `TOPICS`."""
 
 Value = float | int | str | list[float] | list[str]
 
 PIPELINE_TYPES = {"tags": "pipe_fiducial", "pieces": "pipe_neuraldetector"}
-"""Value of `getpipetype` for each kind of pipeline."""
+"""Value of the topic `getpipetype` for each kind of pipeline."""
 
 _NO_POSE = [0.0] * 6
 _DEGREES = 180.0 / math.pi
@@ -136,7 +136,7 @@ def _poses(
 ) -> tuple[list[float], list[float], list[float]]:
     """Return the pose estimate with the origin at the field center, the blue corner and the red corner.
 
-    Each result has 11 numbers plus 7 per tag; without an estimate, the pose is zero and there are no tags.
+    Each result has 11 numbers plus 7 per tag; without an estimate, all numbers but the latency are zero.
     """
     latency = 1e3 * frame.latency
     if found is None:
@@ -183,14 +183,17 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], l
 
 
 def _position_and_angles(place: FloatArray, turn: FloatArray) -> list[float]:
-    """Return x, y, z [m] and pitch, yaw, roll [deg]; rotation order yaw (clockwise seen from above), pitch, roll."""
+    """Return x, y, z [m] and pitch, yaw, roll [deg], for rotations in the order yaw, pitch, roll.
+
+    Yaw is positive clockwise, seen from above.
+    """
     (_, _, t02), (t10, t11, t12), (_, _, t22) = turn.tolist()
     pitch = math.asin(max(-1.0, min(1.0, -t12)))
     return [*place.tolist(), _DEGREES * pitch, _DEGREES * math.atan2(t02, t22), _DEGREES * math.atan2(t10, t11)]
 
 
 def _sides(corners: Corners | None) -> list[float]:
-    """Return a target's long and short side, width and height of its bounding box [px], and its rotation [deg]."""
+    """Return a target's long and short side, bounding box width and height [px], and rotation [deg]; zeros for None."""
     if corners is None:
         return [0.0, 0.0, 0.0, 0.0, 0.0]
     (x0, y0), (x1, y1), (x2, y2), (x3, y3) = corners
@@ -233,7 +236,7 @@ _OF_PRIMARY = {
     "t6t_rs": "targetpose_robotspace",
     "t6r_ts": "botpose_targetspace",
 }
-"""Topic whose value is repeated under each `json` key of the primary tag."""
+"""Topic with the same value, for each `json` key of the primary tag."""
 
 
 def _json_target(seen: TagSighting | PieceSighting) -> dict[str, Any]:
@@ -246,7 +249,7 @@ def frame_json(frame: Frame, values: dict[str, Value], stamp: int) -> str:
 
     Args:
         frame: Frame of the camera.
-        values: Values from `frame_values`, which the result repeats.
+        values: Values from `frame_values` for the same frame.
         stamp: Publication time on the NetworkTables clock [us].
     """
 
@@ -321,10 +324,10 @@ FRAME_TOPICS = tuple(_empty_frame_values())
 TOPICS = {
     name: _kind(name, value) for name, value in {**_empty_frame_values(), **constant_values(CameraConfig())}.items()
 }
-"""Type of each topic in a Limelight's table."""
+"""Type of each topic in a Limelight's table, a key of `_KINDS`."""
 
 EVERY_FRAME = frozenset(name for name in TOPICS if name.startswith("botpose")) | {"hb", "t2d"}
-"""Topics sent with every frame, even if unchanged, because readers take a new timestamp for a new frame."""
+"""Topics sent with every frame, even if unchanged, because readers detect a new frame by the timestamp."""
 
 
 class CameraTables:
@@ -393,9 +396,9 @@ class LimelightTable:
         self._is_repeated = [name in EVERY_FRAME for name in FRAME_TOPICS]
 
     def read(self) -> list[CameraRequest]:
-        """Return the requests since the last call: headings, then settings, both in arrival order; none after `close`.
+        """Return the requests since the last call: headings, then settings, both in arrival order.
 
-        A topic that `LimelightSim` ignores is returned once, without numbers.
+        The list has one request without numbers for each topic that `LimelightSim` ignores, and is empty after `close`.
         """
         orientation = self._inputs.get(_ORIENTATION)
         if orientation is None:

@@ -11,7 +11,7 @@ class NetworkClock:
     """Conversion between simulated time and the NetworkTables clock, in microseconds (nanoseconds from 2027 on).
 
     Without an offset (headless), the timestamps of published values are simulated time. Timestamps of robot code's
-    values then convert to None, because they are from the wall clock.
+    values, which are from the wall clock, then convert to None.
 
     >>> clock = NetworkClock()
     >>> clock.to_network(1.5) == 1.5 * clock.rate, clock.to_simulated(123)
@@ -29,7 +29,10 @@ class NetworkClock:
         """NetworkTables time minus simulated time [s], set by a real-time run; None in a headless run."""
 
     def to_network(self, time: float) -> int:
-        """Return the timestamp of a simulated time [s], in ticks of `season.clock_rate`; at least 1, as 0 means now."""
+        """Return the timestamp of a simulated time [s], in ticks of `season.clock_rate`.
+
+        The result is at least 1, because 0 means the present time in ntcore.
+        """
         return max(1, round(self.rate * (time + (self.offset or 0.0))))
 
     def to_simulated(self, stamp: int) -> float | None:

@@ -45,9 +45,10 @@ _COLUMNS = {"poses": POSE_TYPE, "doubles": "double", "integers": "int", "boolean
 class NetworkTablesSink:
     """Publisher of every key of a snapshot under `/`, and of the struct schemas.
 
-    The sink starts no server: a robot program runs its own; elsewhere, call `start_local_server`. On a local instance,
-    as under `robotpy test`, only the program itself can read the values, and the sink takes 10 snapshots per second
-    instead of 50. Values have NetworkTables timestamps, like those of the robot program; a log has simulated time.
+    The sink starts no server. A robot program runs a server itself, and other callers use `start_local_server`. On a
+    local instance, as under `robotpy test`, only the program itself can read the values, and the sink takes 10
+    snapshots per second instead of 50. Values have NetworkTables timestamps, like the values of the robot program; a
+    log has simulated time.
     """
 
     def __init__(
@@ -61,7 +62,7 @@ class NetworkTablesSink:
                 never blocks.
             stays: Whether `close` keeps the last values readable until `withdraw`.
             field: Name of a `Field2d` to publish for dashboards, with the robots' true poses, the first robot's
-                estimated pose, and the game pieces; None for no `Field2d`, as a robot program has its own.
+                estimated pose, and the game pieces; None for a robot program, which publishes a `Field2d` itself.
 
         Raises:
             ConfigError: The period is not finite or not > 0.
@@ -90,7 +91,7 @@ class NetworkTablesSink:
 
         Raises:
             OutputError: The sink is closed.
-            ConfigError: An array has the wrong shape, or the type of a key has changed.
+            ConfigError: An array has the wrong shape, a key is invalid, or the type of a key has changed.
         """
         if self.closed:
             raise OutputError("this NetworkTablesSink is closed; create a new one to publish on")
@@ -139,7 +140,7 @@ class NetworkTablesSink:
         self._publishers.clear()
 
     def _set_columns(self, field: str, values: Mapping[str, Any]) -> None:
-        """Publish the changed values of one type."""
+        """Publish the changed values of one snapshot field that is stored in columns."""
         changes, type_name = self._changes[field], _COLUMNS[field]
         columns, block = changes.of(values)
         for column, value in zip(columns.tolist(), changes.table.values(block), strict=True):
@@ -147,7 +148,7 @@ class NetworkTablesSink:
             publisher.set(value.tobytes() if type_name == POSE_TYPE else value)
 
     def _is_new(self, key: str, rows: FloatArray | IntArray) -> bool:
-        """Return whether an array may have changed since its last publication: a new object, or a writeable array."""
+        """Return whether an array may have changed since the last publication: a new object, or a writeable array."""
         is_new = self._arrays.get(key) is not rows or rows.flags.writeable
         self._arrays[key] = rows
         return is_new
@@ -182,9 +183,9 @@ class NetworkTablesSink:
 def start_local_server(instance: season.NetworkTables, *, port: int = 5810, address: str = "127.0.0.1") -> None:
     """Serve NetworkTables 4 from this process, by default to programs on this computer only.
 
-    The server saves no persistent topics and keeps the NT3 port closed; `instance.stopServer()` stops it. Call this
-    before publishing: the first call in a process sets the NetworkTables clock to zero, as a robot program does, so
-    time axes start at 0 s and not at 1970.
+    The server saves no persistent topics and keeps the NT3 port closed; `instance.stopServer()` stops the server.
+    Call this function before publishing: the first call in a process sets the NetworkTables clock to zero, as a robot
+    program does, so time axes start at 0 s and not at 1970.
 
     Args:
         instance: NetworkTables instance that becomes the server.
@@ -192,7 +193,7 @@ def start_local_server(instance: season.NetworkTables, *, port: int = 5810, addr
         address: Address to listen on; an empty string for all network interfaces.
 
     Raises:
-        OutputError: The port is in use; ntcore would only log this and continue without a server.
+        OutputError: The port is in use; ntcore would only log the failure and continue without a server.
         ConfigError: The port is out of range.
     """
     if not 1 <= port <= 65535:

@@ -1,8 +1,8 @@
 """QuestNav table on NetworkTables: publishes a headset's poses and receives commands from robot code.
 
 The four messages are Protocol Buffers. Source: QuestNav's protos/data.proto and commands.proto (2026), and wpimath's
-geometry3d.proto. Encoding as in protobuf.dev, "Encoding": a tag with field number and wire type, then a varint, eight
-bytes, or a length and bytes.
+geometry3d.proto. The encoding follows protobuf.dev, "Encoding": a tag with field number and wire type, then a varint,
+eight bytes, or a length and bytes.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class QuestNavTable:
         return resets
 
     def publish(self, frames: Sequence[QuestFrame], battery_percent: int) -> None:
-        """Publish poses with their measurement times, and three times a second the headset's status."""
+        """Publish at least one pose with the measurement time, and the headset's status three times a second."""
         for frame in frames:
             self._frames.set(frame_message(frame), self._clock.to_network(frame.time))
         last = frames[-1]
@@ -106,7 +106,7 @@ def _command(value: Any) -> Command:
 
 @dataclass(slots=True)
 class Command:
-    """Content of a `ProtobufQuestNavCommand`."""
+    """Decoded `ProtobufQuestNavCommand`."""
 
     number: int
     """Command ID, repeated in the response."""
@@ -191,7 +191,11 @@ def _bytes(field: int, value: bytes) -> bytes:
 
 
 def _fields(data: bytes) -> Iterator[tuple[int, int | float | bytes]]:
-    """Yield number and value of each field in a message."""
+    """Yield number and value of each field in a message.
+
+    Raises:
+        ConfigError: The message is truncated or not Protocol Buffers.
+    """
     at = 0
 
     def varint() -> int:
@@ -222,7 +226,7 @@ def _fields(data: bytes) -> Iterator[tuple[int, int | float | bytes]]:
 
 
 def _part(data: bytes, field: int) -> bytes | None:
-    """Return the last sub-message with a field number, or None without one."""
+    """Return the last sub-message with a field number, or None without such a sub-message."""
     found: bytes | None = None
     for number, value in _fields(data):
         if number == field and isinstance(value, bytes):

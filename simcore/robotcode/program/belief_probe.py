@@ -1,9 +1,9 @@
-"""Signs, zeros and distances that robot code assumes for the sensors of swerve modules.
+"""Measurement of the signs, zeros and distances that robot code assumes for the sensors of swerve modules.
 
-Robot code hides signs, offsets and wheel sizes in its arithmetic, so this module measures them: before the first loop,
-each sensor is moved a little, and the angles and distances that the swerve module returns are compared. For a module
-that returns readings from its last `update` or `periodic`, these methods are called before each query; if that does
-not help, the program's own loop is called as well, as it would be while the robot is disabled.
+Robot code contains these values only in its arithmetic. Before the first loop, the probe moves each sensor a little and
+compares the angles and distances that the swerve modules in robot code return before and after the move. If a module
+does not respond, the probe calls the module's `update` and `periodic` methods before each query. If a module still does
+not respond, the probe calls the program's loop as well, as on a disabled robot.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ _WAY = re.compile(r"(get|module|swerve|current|measured|drive|wheel)*(distance|d
 _READS = re.compile(
     r"(update|refresh|read|poll)((inputs?|sensors?|signals?|encoders?|states?|positions?|module))*|(robot)?periodic"
 )
-"""Method names that read sensors, in lower case without underscores."""
+"""Pattern of the names of methods that read sensors, in lower case without underscores."""
 _TURNS = (math.tau, 360.0, 1.0)
-"""One turn in each unit that programs use for angles given as plain numbers."""
+"""Size of one turn in each unit that programs use for angles: radians, degrees, turns."""
 _ANNOTATIONS = ("SwerveModulePosition", "SwerveModuleState")
 _TURN = 1.0 / 64.0  # [turns], movement of a steer encoder: less than a turn, and exact for coarse encoders
-_LEAST = 1e-6  # smallest change of an answer that counts
+_LEAST = 1e-6  # smallest change of a returned value that counts
 
 
 @dataclass(frozen=True, slots=True)
 class ModulePorts:
-    """Simulated side of the sensors of one swerve module."""
+    """Sensor ports of one swerve module; None for a missing encoder."""
 
     drive: MotorPort
     steer: MotorPort
@@ -70,22 +70,22 @@ class Belief:
 
     @property
     def hears_angle(self) -> bool:
-        """Whether the module's angle follows the sensors."""
+        """Whether the module's angle in robot code changes with the sensors."""
         return bool(self.angle_per_encoder_turn or self.angle_per_rotor_turn)
 
     @property
     def hears_way(self) -> bool:
-        """Whether the module's distance follows the sensors."""
+        """Whether the module's distance in robot code changes with the sensors."""
         return bool(self.meters_per_rotor_turn or self.meters_per_wheel_turn)
 
     @property
     def is_deaf(self) -> bool:
-        """Whether the module returns an angle, but no returned value follows the sensors."""
+        """Whether the module returns an angle, but no returned value changes with the sensors."""
         return self.zero is not None and not (self.hears_angle or self.hears_way)
 
     @property
     def is_half_deaf(self) -> bool:
-        """Whether at least one value that the module returns does not follow the sensors."""
+        """Whether the module returns an angle, and a returned angle or distance does not change with the sensors."""
         return self.zero is not None and not (self.hears_angle and (self.hears_way or not self.says_way))
 
 
@@ -108,14 +108,14 @@ def probe_modules(
     settle: Callable[[], None],
     above: Sequence[Any] = (),
 ) -> list[Belief]:
-    """Measure how each module's angle and distance in robot code respond to its sensors; leave the sensors at zero.
+    """Return the response of each module's angle and distance in robot code to the sensors; leave the sensors at zero.
 
     Args:
-        modules: For each module, objects that may return its position.
-        ports: Sensors of each module.
+        modules: For each module, objects that may return the module's position.
+        ports: Ports of each module's sensors.
         settle: Function that makes written values visible to robot code.
-        above: Objects that hold all modules, from the nearest to the robot itself; these may return all positions, and
-            their loops may read the sensors.
+        above: Objects that contain all modules, innermost first, up to the robot object. An object may return the
+            positions of all modules, and its loop may read the sensors.
     """
     questions = [_question(objects) for objects in modules]
     if not all(questions):
@@ -179,7 +179,7 @@ def _probe(
 
 
 def _turn_of_number(per_encoder_turn: float, per_rotor_turn: float) -> float:
-    """Return the size of one turn in an angle's unit, inferred from the change with the sensors; 2 pi if undecided."""
+    """Return the size of one turn in an angle's unit, inferred from the change per sensor turn; 2 pi if undecided."""
     for turn in _TURNS:
         if math.isclose(abs(per_encoder_turn), turn, rel_tol=0.05):
             return turn
@@ -212,7 +212,7 @@ def _change(before: float | None, after: float | None, turn: float | None) -> fl
 
 
 def _question(objects: Sequence[Any]) -> _Question | None:
-    """Return the query for a module: a position or state, else an angle and a distance, else None."""
+    """Return the query for a module's position or state, else for an angle and a distance; None without an angle."""
     asked = [ask for made in objects for ask in _questions(made, _NAME, _ANNOTATIONS)]
     positions = [ask for ask in asked if _has(ask, "distance")]
     states = [ask for ask in asked if _has(ask, "angle")]
@@ -235,7 +235,7 @@ def _question(objects: Sequence[Any]) -> _Question | None:
 
 
 def _shared_questions(above: Sequence[Any], count: int) -> list[_Question | None]:
-    """Return the queries for all modules through one shared method, in kinematics order; empty without a method."""
+    """Return a query per module through a method that returns all positions; empty without such a method."""
     for made in above:
         for ask in _questions(made, _NAME, ()):
             answer = _answer(ask)

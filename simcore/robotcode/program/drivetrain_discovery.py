@@ -30,7 +30,7 @@ _log = logging.getLogger(__name__)
 
 
 class ProgramDrivetrain:
-    """Drivetrain whose devices the program itself commands, as a `MakersDrivetrain`.
+    """Drivetrain whose devices the program commands directly; implements `MakersDrivetrain`.
 
     Args:
         found: Drivetrain with complete measures.
@@ -47,10 +47,10 @@ class ProgramDrivetrain:
 
 
 def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> MakersDrivetrain:
-    """Return the program's drivetrain with complete measures and a model configuration.
+    """Return the program's drivetrain with complete measures and a model configuration; log contradictions.
 
     Args:
-        robot: Robot object; None if the devices exist without one.
+        robot: Robot object; None if the devices exist without a robot object.
         folder: Folder of robot.py.
         settings: Settings of simcore.toml.
 
@@ -116,7 +116,11 @@ def _refuse(keys: Sequence[str], why: str) -> None:
 
 
 def _corrected(found: FoundDrivetrain, table: DrivetrainSettings) -> FoundDrivetrain:
-    """Return the drivetrain with the signs, zeros and positions given in simcore.toml."""
+    """Return the drivetrain with the signs, zeros, positions and encoder distances given in simcore.toml.
+
+    Raises:
+        ConfigError: A value does not fit the kind of drive or the number of wheels.
+    """
     n = len(found.wheels)
     _refuse(
         table.of_swerve if found.kind != "swerve" else (), f"is for a swerve drive, but this is a {found.kind} drive"
@@ -187,7 +191,7 @@ def _with_gaps(found: FoundDrivetrain) -> FoundDrivetrain:
 
 
 def _described(table: DrivetrainSettings) -> FoundDrivetrain:
-    """Return the drivetrain described in simcore.toml."""
+    """Return the drivetrain that the table in simcore.toml describes, with the program's devices."""
     where = f"{FILE_NAME} [drivetrain]"
     steer_model = table.steer_controller or table.controller
     wheels = []
@@ -238,7 +242,11 @@ def _place(table: DrivetrainSettings, k: int) -> tuple[float, float]:
 
 
 def _gyro(named: str) -> BuiltDevice | None:
-    """Return the gyro named in simcore.toml, else the first gyro that the program has built, or None without one."""
+    """Return the gyro named in simcore.toml, else the first gyro that the program has built; None without a gyro.
+
+    Raises:
+        ConfigError: The program has not built the named gyro.
+    """
     built = [d for maker in makers() for d in maker.built() if d.model in maker.gyros]
     if not named:
         return built[0] if built else None

@@ -22,7 +22,7 @@ MODULE_MEASURES = (
     *("drive_gearing", "steer_gearing", "wheel_radius", "wheel_cof", "coupling_ratio"),
     *("drive_stator_limit", "drive_supply_limit", "steer_stator_limit", "steer_supply_limit"),
 )
-"""Measures of a swerve module by their field name in `SwerveModuleConfig`."""
+"""Names of the measures that are fields of `SwerveModuleConfig`."""
 _SANE = {
     "wheel_radius": (0.02, 0.2),
     "drive_gearing": (1.0, 40.0),
@@ -36,7 +36,7 @@ _SANE = {
     "steer_stator_limit": (5.0, 1000.0),
     "steer_supply_limit": (5.0, 1000.0),
 }
-"""Plausible range of each measure [m, -, kg, kg m^2, A]; values outside are reported and ignored."""
+"""Plausible range of each measure [m, -, kg, kg m^2, A]; `complete_measures` reports and ignores other values."""
 _FAR = 1.5  # [m], largest plausible distance of a wheel from the center
 _SAME = 0.02  # largest relative difference between two values that count as equal
 _WEAK = 3.0  # [V], minimum plausible feedforward at free speed; a gain in fractions of full output gives 1
@@ -47,17 +47,17 @@ _GUESSES: dict[str, dict[str, float]] = {
     "tank": {"wheel_radius": inches(3.0), "drive_gearing": 8.45, "trackwidth": 0.56},
     "mecanum": {"wheel_radius": inches(3.0), "drive_gearing": 8.45},
 }
-"""Guesses for measures without a source: an SDS MK4i L2 for swerve, FIRST's kit bot for the others."""
+"""Guesses for measures without a source, by kind of drive: SDS MK4i L2 for swerve, FIRST's kit bot otherwise."""
 _FOREIGN = {"swerve": {"trackwidth"}, "mecanum": {"trackwidth"}, "tank": {"places"}}
-"""Measures to ignore for each kind of drive, because PathPlanner and Choreo store them for every robot."""
+"""Measures to ignore for each kind of drive, because PathPlanner and Choreo store these for every robot."""
 _GEARINGS = (3.0, 24.0)
 _SPEEDS = (1.0, 8.0)  # [m/s], plausible top speeds of robots, up to the fastest gearing on sale
 _UNITS = {"inches": inches(1.0), "centimeters": 0.01, "millimeters": 0.001}
-"""Units in which a tank or mecanum drive may count distance [m]: guessed from the top speed, confirmed by odometry."""
+"""Size of each unit [m] that a tank or mecanum drive in robot code may use for distance instead of meters."""
 
 
 def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: Path) -> FoundDrivetrain:
-    """Return the drivetrain with every measure that the model needs, and with all contradictions between sources.
+    """Return the drivetrain with every measure that the model needs, and with contradictions in `differences`.
 
     Args:
         found: Drivetrain as found in the program.
@@ -109,7 +109,7 @@ def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: P
 def _placed(
     found: FoundDrivetrain, projects: Sequence[Mapping[str, Measure]], differences: list[str]
 ) -> FoundDrivetrain:
-    """Return the drivetrain with wheel positions from PathPlanner or Choreo if the program gives none."""
+    """Return the drivetrain with wheel positions from PathPlanner or Choreo if the program gives no positions."""
     guess = found.measures.get("x and y")
     if guess is None or found.kinematics:
         return found
@@ -130,7 +130,10 @@ def _placed(
 
 
 def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
-    """Return the drivetrain in meters; positions beyond 1.5 are taken as inches, positions beyond 60 as millimeters."""
+    """Return the drivetrain with positions and trackwidth in meters.
+
+    Positions beyond 1.5 count as inches, and positions beyond 60 as millimeters.
+    """
     far = max(abs(v) for place in found.places for v in place)
     if far <= _FAR:
         return found
@@ -148,7 +151,7 @@ def in_meters(found: FoundDrivetrain) -> FoundDrivetrain:
 
 
 def _of_file(settings: RobotSettings) -> dict[str, Measure]:
-    """Return the measures given in simcore.toml."""
+    """Return the drivetrain measures that simcore.toml gives, by name; lengths in meters."""
     said: dict[str, Any] = dict(settings.drivetrain.measures)
     if "wheel_diameter" in said:
         said["wheel_radius"] = 0.5 * said.pop("wheel_diameter")
@@ -168,8 +171,9 @@ def _fill_wheel(
     """Choose wheel radius and gearing to match the distance per rotor turn in the program.
 
     Teams measure the distance in robot code on the robot, while settings of PathPlanner and Choreo often date from an
-    older robot, so the program's value wins. A distance that is far too large, and whose inverse is a plausible
-    gearing, is taken as wheel turns per rotor turn, the usual configuration of Phoenix 6 controllers.
+    older robot, so the program's value overrides these settings. A distance that is far too large, and whose
+    inverse is a plausible gearing, counts as wheel turns per rotor turn, the usual position unit of Phoenix 6
+    controllers. The function adds contradictions to `differences`.
     """
     way, radius, gearing = (known.get(name) for name in ("meters_per_rotor_turn", "wheel_radius", "drive_gearing"))
     if way is None:
@@ -222,7 +226,7 @@ def _fill_wheel(
 
 
 def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
-    """Add an implausible robot speed at free speed to `differences`, unless the distance per rotor turn is known."""
+    """Report an implausible top speed of the robot in `differences`, unless the distance per rotor turn is known."""
     radius, gearing = known["wheel_radius"], known["drive_gearing"]
     speed = motor(known["drive_motor"].value).free_speed / gearing.value * radius.value
     is_known = known.get("meters_per_rotor_turn") is not None
@@ -234,7 +238,12 @@ def _judge_speed(known: Mapping[str, Measure], differences: list[str]) -> None:
 
 
 def _likely_radius(way: float, found: FoundDrivetrain) -> Measure:
-    """Guess a common wheel radius [m], if possible with the gearing of a MAXSwerve module or a plausible gearing."""
+    """Guess a common wheel radius [m] that gives a MAXSwerve gearing, or else a plausible gearing.
+
+    Args:
+        way: Distance per rotor turn in robot code [m].
+        found: Drivetrain as found in the program.
+    """
     first = found.wheels[0]
     if first.is_wired:
         gearing = math.tau * _MAXSWERVE.wheel_radius / way

@@ -187,7 +187,7 @@ def _wheel_encoder(wheel: FoundWheel, radius: float, drive: MotorPort) -> _Shaft
 
 
 class _Counter:
-    """Sensor whose reading is scaled so that the program's odometry measures the distance driven in the model."""
+    """Sensor with a scale on the reading that makes the program's odometry agree with the distance in the model."""
 
     way: _Way | None = None
     turned = shown = 0.0
@@ -195,7 +195,7 @@ class _Counter:
 
     @property
     def factor(self) -> float:
-        """Sensor turns per turn of the modelled shaft [-]."""
+        """Correction of the sensor's scale for a guessed gearing or wheel radius [-]; 1 without a correction."""
         return 1.0 if self.way is None else self.way.factor
 
     def _count(self, turned: float) -> float:
@@ -246,12 +246,12 @@ _MOST = 50.0  # largest correction factor of a guess; inches give 39
 
 
 class _Mounted(_Counter, MotorPort):
-    """Motor whose sign or zero differs from the model's.
+    """Motor port with a sign and a zero offset between robot code and the model.
 
     Args:
         port: Port of the motor.
-        sign: -1 if positive in robot code is negative in the model, else 1.
-        ahead: Offset of the motor's rotor position from the model's, in the model's direction [rotations].
+        sign: -1 if the positive direction in robot code is negative in the model, else 1.
+        ahead: Rotor position of the motor minus that of the model, with the model's sign [rotations].
     """
 
     def __init__(self, port: MotorPort, sign: float, ahead: float = 0.0) -> None:
@@ -273,7 +273,7 @@ class _Mounted(_Counter, MotorPort):
         return None if share is None else self._sign * share
 
     def setpoint(self) -> Setpoint | None:
-        """Return the set-point with the model's sign, or None without one."""
+        """Return the set-point with the model's sign, or None without a set-point."""
         goal = self._port.setpoint()
         return None if goal is None else goal._replace(turns=self._sign * goal.turns)
 
@@ -286,9 +286,9 @@ class _Mounted(_Counter, MotorPort):
         self._port.write(self._sign * (self._count(rotations) + self._ahead), self._sign * self.factor * rps)
 
 
-_SOON = 0.25  # [s], longest time between two sign changes of an unstable loop; a slow loop takes half of that
+_SOON = 0.25  # [s], longest time between two sign changes of an unstable loop; a slow loop needs half of this time
 _CHANGES = 3  # consecutive sign changes, each from and to more than half of the largest output, before a reversal
-_FAR = 1.25  # [turns] of the steering axis without nearing its goal, before a reversal
+_FAR = 1.25  # [turns], travel of the steering axis without approaching the goal, before a reversal
 _HOLDS = 0.5  # [s], time after which a reversal is kept
 _FADES = 0.995  # decay of the largest output per check
 
@@ -298,8 +298,8 @@ class _DecidingMotor(_Mounted):
 
     With the wrong sign, the loop drives the module away from its goal. If the loop takes the shortest path, the output
     keeps changing sign at large values, half a turn from the goal (a quarter turn if the module may reverse the
-    wheel); if not, the module turns without end. In either case the motor is reversed; if that does not help, the
-    original sign is restored for good.
+    wheel); otherwise, the module turns without end. In either case this class reverses the motor. If the behavior
+    continues, the class restores the original sign for good.
     """
 
     def __init__(
@@ -317,7 +317,7 @@ class _DecidingMotor(_Mounted):
 
     @property
     def is_turned(self) -> bool:
-        """Whether the motor's sign is reversed."""
+        """Whether this class has reversed the motor."""
         return self._turns == 1
 
     def volts(self) -> float:
@@ -345,7 +345,7 @@ class _DecidingMotor(_Mounted):
             self._log_reversed()
 
     def _log_reversed(self) -> None:
-        """Log all reversed motors, unless another motor's decision has already logged them."""
+        """Log the indices of all reversed motors, unless another reversed motor has already done so."""
         if any(motor._is_decided and motor.is_turned for motor in self._motors if motor is not self):
             return
         turned = [k for k, motor in enumerate(self._motors) if motor.is_turned]

@@ -18,12 +18,12 @@ __all__ = [
 
 
 class DrivetrainNotFoundError(ConfigError):
-    """No drivetrain found in the robot program, and none described in simcore.toml."""
+    """Error for a program in which simcore finds no drivetrain, and a simcore.toml that describes no drivetrain."""
 
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """Value of one drivetrain parameter, and where the value comes from."""
+    """Value and source of one drivetrain parameter."""
 
     value: Any
     source: str
@@ -39,7 +39,7 @@ class FoundWheel:
     """Swerve module, side of a tank drive, or mecanum wheel."""
 
     name: str
-    """Name of the wheel in messages."""
+    """Name of the wheel for messages: attribute path or number of a module, else side or corner."""
     place: tuple[float, float]
     """Position relative to the robot's center: x forward, y left [m]; the midpoint of a tank drive's side."""
     motors: tuple[BuiltDevice, ...]
@@ -47,9 +47,9 @@ class FoundWheel:
     steer: BuiltDevice | None = None
     """Steer motor; None for a wheel that does not steer."""
     encoder: BuiltDevice | None = None
-    """Encoder on the steering axis: a device, or the steer motor's controller for a wired encoder; None without one."""
+    """Encoder on the steering axis: a device, or the steer motor's controller if wired; None without an encoder."""
     wheel_encoder: BuiltDevice | None = None
-    """Encoder on the wheel, read instead of the motor's encoder; None without one."""
+    """Encoder on the wheel, read instead of the motor's encoder; None without a wheel encoder."""
     drive_sign: float = 1.0
     """-1 if positive output in robot code drives backward, else 1."""
     steer_sign: float = 1.0
@@ -72,7 +72,7 @@ class FoundWheel:
 
     @property
     def devices(self) -> list[BuiltDevice]:
-        """Devices of the wheel without duplicates."""
+        """All devices of the wheel, each device once."""
         more = (self.steer, self.encoder, self.wheel_encoder)
         return list({d.key: d for d in (*self.motors, *(d for d in more if d is not None))}.values())
 
@@ -104,14 +104,14 @@ class FoundDrivetrain:
 
     @property
     def keys(self) -> tuple[DeviceKey, ...]:
-        """Keys of all devices of the drivetrain."""
+        """Model and address of each device of the drivetrain, without duplicates."""
         found = [d.key for wheel in self.wheels for d in wheel.devices]
         found += [] if self.gyro is None else [self.gyro.key]
         return tuple(dict.fromkeys(found))
 
     @property
     def hardware(self) -> list[Any]:
-        """Device objects in robot code."""
+        """Robot code's objects for all devices, with the gyro last."""
         gyro = [] if self.gyro is None else [self.gyro]
         return [d.hardware for d in (*(d for wheel in self.wheels for d in wheel.devices), *gyro)]
 
@@ -139,13 +139,13 @@ def drivetrain_rows(found: FoundDrivetrain) -> list[Row]:
     """List the `[drivetrain]` entries that `simcore init` writes: key, value and remark.
 
     Args:
-        found: Drivetrain with all measures filled in.
+        found: Drivetrain with complete measures.
     """
     wheels, first = found.wheels, found.wheels[0]
     leaders = [wheel.motors[0] for wheel in wheels]
     head: Row = ("kind", found.kind, found.about)
     measures = [_measure(name, found.measures[name]) for name in _MEASURES if name in found.measures]
-    if len({d.model for d in leaders}) > 1:  # the table has one `controller` key; a found drivetrain needs none
+    if len({d.model for d in leaders}) > 1:  # the table has one `controller` key, not needed for a found drivetrain
         return [head, *(_places(found) if "x and y" in found.measures else ()), *measures]
     model = leaders[0].model
     rows: list[Row] = [head, ("controller", model, "")]
@@ -180,7 +180,7 @@ def drivetrain_lines(found: FoundDrivetrain) -> list[str]:
 
 
 def guesses(found: FoundDrivetrain) -> list[str]:
-    """List each guessed measure as text: its key in `[drivetrain]`, value and source."""
+    """List each guessed measure as text: key in `[drivetrain]`, value and source."""
     measures = {name: measure for name, measure in found.measures.items() if measure.is_guess}
     if (radius := measures.pop("wheel_radius", None)) is not None:
         measures["wheel_diameter"] = replace(radius, value=2.0 * radius.value)
@@ -193,7 +193,7 @@ def _numbers(devices: Iterable[BuiltDevice | None]) -> list[Any]:
 
 
 def _names(wheels: tuple[FoundWheel, ...]) -> str:
-    """Join the last part of each wheel's name; empty if too long or numbered."""
+    """Join the last parts of the wheels' names with commas; return an empty text for long or numbered names."""
     names = [w.name.split(".")[-1] for w in wheels]
     return ", ".join(names) if len("".join(names)) < 60 and not names[0].isdigit() else ""
 
@@ -203,7 +203,7 @@ def _encoders(wheels: tuple[FoundWheel, ...]) -> list[Row]:
     if encoder is None:
         return [("encoder", "none", "")]
     if wheels[0].is_wired:
-        return [("encoder", "wired", "absolute encoders at the steer motors' controllers")]
+        return [("encoder", "wired", "absolute encoders wired to the steer motors' controllers")]
     return [("encoder", encoder.model, ""), ("encoders", _numbers(w.encoder for w in wheels), "")]
 
 
@@ -220,7 +220,9 @@ def _signs(found: FoundDrivetrain) -> list[Row]:
     if guess is not None or any(w.zero for w in wheels):
         zeros = [round(math.degrees(w.zero), 4) for w in wheels]
         remark = (
-            "what your code reads as angle while the encoder reads 0" if guess is None else f"guess: {guess.source}"
+            "angle of each module in your code at an encoder reading of 0"
+            if guess is None
+            else f"guess: {guess.source}"
         )
         rows.append(("zeros_deg", zeros, remark))
     for key, signs in (
@@ -229,7 +231,7 @@ def _signs(found: FoundDrivetrain) -> list[Row]:
         ("reversed_encoders", [w.encoder_sign for w in wheels]),
     ):
         if turned := [k for k, sign in enumerate(signs) if sign < 0.0]:
-            rows.append((key, turned, "by their place in the lists above, from 0"))
+            rows.append((key, turned, "indices in the lists above, from 0"))
     return rows
 
 

@@ -18,10 +18,10 @@ Hook = Callable[[Any], None]
 
 
 def after_import(name: str, hook: Hook) -> None:
-    """Call a function with a module: at once if the module is loaded, else after its import.
+    """Call a function with a module, at once if the module is loaded, else after the import of the module.
 
     Args:
-        name: Name of the module, which is not imported here.
+        name: Name of the module, which this function does not import.
         hook: Function that receives the module, called once.
 
     >>> seen = []
@@ -38,7 +38,7 @@ def after_import(name: str, hook: Hook) -> None:
 
 
 def refuse_import(name: str, sentence: str) -> None:
-    """Make the import of a module raise a `VendorError` with this sentence, even if the module is installed.
+    """Make each import of a module raise a `VendorError` with a message, even if the module is installed.
 
     >>> refuse_import("flux_capacitor", "it needs 1.21 GW")
     >>> import flux_capacitor
@@ -59,7 +59,7 @@ _refused: dict[str, str] = {}
 
 
 class _Watcher(MetaPathFinder):
-    """Finder that adds the hooks to a module's loader."""
+    """Import finder whose loaders call the hooks of a module after loading, or raise for a refused module."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None

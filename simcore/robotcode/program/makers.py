@@ -1,12 +1,13 @@
-"""Makers of motor controllers, encoders and gyros: find, read, guess and connect the devices of a robot program.
+"""Makers of motor controllers, encoders and gyros, and the connection of a program's devices to the models.
 
 To add a maker, derive a class from `Maker` in the maker's own package (for example `makers/navx/navx_maker.py`), list
 the models and override the methods that apply. `watch` records the maker's classes in `devices`; for a maker that only
 has gyros, `watch` and `gyro_port` are enough. Assign an instance to `MAKER` in the new module, and add the module to
-`MAKER_MODULES` here, with the Python package that the module needs. The rest of simcore is independent of makers.
+`MAKER_MODULES` here, with the Python package that the module needs. The rest of simcore does not depend on makers.
 
-A port passes the model's measurements to robot code, and robot code's requests to the model: derive from `MotorPort`,
-and implement the protocols `AnglePort` and `GyroPort`, all in `motor_ports`.
+A port passes the model's motion to robot code, and robot code's requests to the model. Derive the port of a motor
+controller from `MotorPort`, and implement `AnglePort` for an encoder and `GyroPort` for a gyro; all three are in
+`motor_ports`.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ class MotorFacts:
     motor: str
     """Motor name, one of `simcore.robot.dc_motor.MOTOR_NAMES`."""
     is_guess: bool = True
-    """Whether `motor` is guessed from the controller model; if not, the motor is configured."""
+    """Whether `motor` is a guess from the controller's model, and not configured in robot code."""
     stator_limit: float | None = None
     """Stator current limit [A]; None for the factory default."""
     supply_limit: float | None = None
@@ -82,19 +83,19 @@ class MotorFacts:
     rotor_per_sensor: float | None = None
     """Rotor turns per turn of `sensor` [-]; None if not configured."""
     has_gains: bool = False
-    """Whether the controller's slot 0 has a P or velocity gain; if not, the loop is assumed to be in robot code."""
+    """Whether the controller's slot 0 has a P or velocity gain; if not, simcore assumes a loop in robot code."""
     free_speed_volts: float | None = None
     """Velocity feedforward voltage at the motor's free speed [V], about 12 if correct; None if not configured."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mounting:
-    """Mounting of motors on a mechanism, for values that no device configuration gives."""
+    """Properties of the motors and the encoder of a mechanism that no device configuration contains."""
 
     reversed: bool = False
-    """Whether positive output in robot code moves the mechanism in its negative direction."""
+    """Whether positive output in robot code moves the mechanism in the negative direction."""
     encoder: AnglePort | None = None
-    """Separate encoder on the mechanism; None without one."""
+    """Port of a separate encoder on the mechanism; None without a separate encoder."""
     encoder_gearing: float = 1.0
     """Turns of `encoder`, or of an encoder wired to the leader, per turn of the mechanism [-]."""
     motor: str = ""
@@ -106,7 +107,7 @@ class MakersDrivetrain(Protocol):
 
     @property
     def found(self) -> FoundDrivetrain:
-        """Devices and measures of the drivetrain."""
+        """Wheels, devices and measures of the drivetrain."""
         ...
 
     @property
@@ -120,7 +121,7 @@ class MakersDrivetrain(Protocol):
 
 
 class LightsShown(Protocol):
-    """State of an LED controller."""
+    """LED state of a controller, as requested by robot code."""
 
     changes: int
     """Number of requests so far that have changed the lights."""
@@ -132,7 +133,7 @@ class LightsShown(Protocol):
 
     @property
     def shows(self) -> str:
-        """Description of the current requests."""
+        """Text that describes the active requests."""
         ...
 
 
@@ -151,7 +152,7 @@ class Maker:
     pulse_encoders: tuple[str, ...] = ()
     """Models of encoders whose pulses per turn are set only in robot code."""
     gyros: tuple[str, ...] = ()
-    """Models of gyros."""
+    """Models of gyros, as named in simcore.toml."""
     others: tuple[str, ...] = ()
     """Models of devices outside the drivetrain: game piece sensors, lights."""
     unserved: tuple[str, ...] = ()
@@ -161,20 +162,21 @@ class Maker:
     gyro_errors: str = "pigeon2"
     """Error model of the maker's gyros, one of `simcore.robot.gyro.GYROS`."""
     on_ports: bool = False
-    """Whether motors and encoders are wired to roboRIO ports: identified by channel, with no guessed mechanism."""
+    """Whether motors and encoders are wired to roboRIO ports; simcore guesses no mechanism for these motors."""
 
     def __init__(self, devices: BuiltDevices | None = None) -> None:
         self.devices = BuiltDevices() if devices is None else devices
-        """Devices that the program has built."""
+        """Record of the maker's devices that the program has built."""
 
     def watch(self) -> None:
         """Record devices that the program builds from now on; safe to call more than once."""
 
     def watch_simulations(self, may_write: Callable[[DeviceKey], bool]) -> None:
-        """Ask `may_write` before each write of a team's own simulation to a device; safe to call more than once.
+        """Check each write of a team's own simulation to a device with `may_write`; safe to call more than once.
 
         Args:
-            may_write: Function of model and address; False drops the write, because the device belongs to simcore.
+            may_write: Function that takes model and address, and returns whether the write may pass: False for a
+                device that simcore's physics writes.
         """
 
     def built(self) -> list[BuiltDevice]:
@@ -199,7 +201,7 @@ class Maker:
     # --- motor controllers ----------------------------------------------------------------------------------------
 
     def groups(self, motors: Sequence[BuiltDevice]) -> list[FollowerGroup]:
-        """Group motors by their currently configured leader; a motor without followers forms its own group."""
+        """Group motors by the configured leader; a motor without leader and followers forms its own group."""
         return [FollowerGroup(motor) for motor in motors]
 
     def has_wheel_encoder(self, motor: BuiltDevice) -> bool:
@@ -207,11 +209,11 @@ class Maker:
         return False
 
     def facts(self, motor: BuiltDevice) -> MotorFacts:
-        """Return the configuration of a motor controller."""
+        """Return the settings of a motor controller that a drivetrain model needs."""
         raise ConfigError(f"{motor} is not a motor controller")
 
     def motor_port(self, motor: BuiltDevice) -> MotorPort:
-        """Return the simulated side of a motor controller, with robot code's signs."""
+        """Return the port of a motor controller, with robot code's signs."""
         raise ConfigError(f"{motor} is not a motor controller")
 
     def guess(self, group: FollowerGroup) -> GuessedMechanism:
@@ -219,7 +221,7 @@ class Maker:
         raise ConfigError(f"the configuration of {group} does not say what it turns")
 
     def connect(self, group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting | None = None) -> MotorDevices:
-        """Connect motors to a mechanism.
+        """Connect motors to a mechanism, and return the connected devices.
 
         Args:
             group: Leader and followers.
@@ -231,7 +233,7 @@ class Maker:
     def connect_guess(
         self, group: FollowerGroup, guess: GuessedMechanism, sensors: Sequence[BuiltDevice]
     ) -> MotorDevices:
-        """Connect motors to a guessed mechanism.
+        """Connect motors to a guessed mechanism, and return the connected devices.
 
         Args:
             group: Leader and followers.
@@ -241,7 +243,7 @@ class Maker:
         return self.connect(group, guess.mechanism)
 
     def friction_volts(self, motor: BuiltDevice, gearbox: GearboxConfig) -> float:
-        """Return the kS configured in a controller [V], or 0 without one."""
+        """Return the kS configured in a controller [V], or 0 without a kS."""
         return 0.0
 
     # --- sensors, and drivetrains of libraries --------------------------------------------------------------------
@@ -256,11 +258,13 @@ class Maker:
         raise ConfigError(f"{encoder} has no encoder that simcore simulates")
 
     def gyro_port(self, gyro: BuiltDevice) -> GyroPort:
-        """Return the port of a gyro, which takes the rotation since power-on, counter-clockwise positive."""
+        """Return the port of a gyro, for the rotation since power-on, counter-clockwise positive."""
         raise ConfigError(f"{gyro} is not a gyro that simcore simulates")
 
     def drivetrain(self, settings: RobotSettings, folder: Path) -> MakersDrivetrain | None:
-        """Return the drivetrain that the maker's library drives, such as CTRE's `SwerveDrivetrain`; None without one.
+        """Return the drivetrain that the maker's library controls, such as CTRE's `SwerveDrivetrain`.
+
+        The result is None if the program has no such drivetrain.
 
         Args:
             settings: Settings of simcore.toml.
@@ -293,7 +297,7 @@ def installed_makers() -> list[Maker]:
 
 
 def watch_makers(may_write: Callable[[DeviceKey], bool] | None = None) -> None:
-    """Record devices of every maker and objects of WPILib from now on; call this before importing the program.
+    """Record devices of every maker and objects of WPILib from now on; call this function before the program's import.
 
     Watching of a maker's package begins when the program imports the package, so unused packages are not loaded. An
     import of `phoenix5` raises a `VendorError`.

@@ -13,13 +13,13 @@ __all__ = ["BuiltDevice", "FollowerGroup", "group_by_leader"]
 
 @dataclass(frozen=True, slots=True)
 class BuiltDevice:
-    """Device that the program has built."""
+    """Motor controller, sensor or other device that the program has built."""
 
     model: str
     """Model in the maker's spelling: `TalonFX`, `SPARK MAX`."""
     address: DeviceAddress
     hardware: Any
-    """Device object in robot code."""
+    """Robot code's object for the device."""
 
     @property
     def key(self) -> DeviceKey:
@@ -41,7 +41,7 @@ class FollowerGroup:
 
     @property
     def devices(self) -> tuple[BuiltDevice, ...]:
-        """All devices, leader first."""
+        """Leader and followers, leader first."""
         return (self.leader, *self.followers)
 
     def __str__(self) -> str:
@@ -57,7 +57,7 @@ def group_by_leader(
 
     Args:
         devices: Motor controllers, one per model and address.
-        leader_of: Function that returns the leader of a device as key, address or object (None if the device is no
+        leader_of: Function that returns the leader of a device as key, address or object (None if the device is not a
             follower), and whether the device turns opposite to the leader.
     """
     leads = {device.key: leader_of(device) for device in devices}

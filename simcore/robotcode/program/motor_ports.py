@@ -1,4 +1,4 @@
-"""Ports between a drivetrain's model and devices: they read volts from robot code and write sensor readings."""
+"""Ports that pass motor requests of robot code to a drivetrain's model, and the model's motion to the sensors."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Setpoint(NamedTuple):
 
 
 class MotorPort:
-    """Base class for the simulated side of a motor controller, with robot code's signs."""
+    """Base class of the ports of motor controllers, with robot code's signs."""
 
     def set_supply(self, volts: float) -> None:
         """Set the supply voltage of the controller [V]."""
@@ -59,7 +59,7 @@ class MotorPort:
         return math.inf, math.inf
 
     def setpoint(self) -> Setpoint | None:
-        """Return the set-point of the running position or velocity loop, or None without one."""
+        """Return the set-point of the running position or velocity loop, or None without a running loop."""
         return None
 
     def show_motor(self, volts: float, amps: float) -> None:
@@ -70,7 +70,7 @@ class MotorPort:
 
 
 class AnglePort(Protocol):
-    """Position sensor: an encoder on a wheel, steering axis or mechanism, or a limit switch."""
+    """Port of a position sensor: an encoder on a wheel, steering axis or mechanism, or a limit switch."""
 
     def write(self, angle: float, rate: float) -> None:
         """Write the shaft angle, continuous over turns [rad], and rate [rad/s]; for a piston [m] and [m/s]."""
@@ -78,7 +78,7 @@ class AnglePort(Protocol):
 
 
 class GyroPort(Protocol):
-    """Simulated side of a gyro."""
+    """Port that writes the robot's rotation to a gyro."""
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
         """Write the rotation since power-on, with continuous yaw [rad], and rates about the robot's axes [rad/s]."""
@@ -86,10 +86,10 @@ class GyroPort(Protocol):
 
 
 class MotorDevices(Protocol):
-    """Devices of a mechanism, such as `TalonFXMotorSim` or `SparkMotorSim`; may have `run` as in `MotorPort`."""
+    """Connection of devices to a mechanism, such as `TalonFXMotorSim`; may have a method `run` as in `MotorPort`."""
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Set the controllers' supply [V], and the mechanism's volts from the controllers; coast unless `powered`."""
+        """Set the controllers' supply [V], and pass their output to the mechanism, which coasts unless `powered`."""
         ...
 
     def write(self) -> None:
@@ -98,7 +98,7 @@ class MotorDevices(Protocol):
 
 
 class SuppliedMotor(MotorPort):
-    """Motor controller connected through callables, for a maker whose simulation robot code can access.
+    """Motor controller connected through callables, for a maker whose simulated devices robot code can access.
 
     Args:
         volts: Function that returns the motor voltage, with robot code's sign [V].
@@ -154,7 +154,7 @@ class SuppliedMotor(MotorPort):
 
 
 def _requests(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> tuple[list[int], list[float]]:
-    """Return the kind of each controller's request, and the volts or duty cycles.
+    """Return each controller's request: the mode, `VOLTS` or `DUTY`, and the voltage [V] or duty cycle [-].
 
     An open circuit carries no current, as if the voltage were exactly the back-EMF [V]; the back-EMF is computed only
     for open circuits, which are rare. A duty cycle must not be converted to fixed volts while the supply sags: the next
@@ -181,7 +181,7 @@ class DrivetrainPorts:
         self.devices: tuple[DeviceKey, ...] = ()
         """Keys of all devices, set by the caller that connects the devices."""
         self.gyro_upside_down = self.gyro_reversed = False
-        """Whether the gyro is upside down, and whether its yaw is reversed; set by the caller after construction."""
+        """Whether the gyro is upside down, and whether the gyro's yaw is reversed; the caller sets both flags."""
         self._motors = list(motors)
         self._gyro = gyro
         self._yaw_at_start: float | None = None
@@ -223,8 +223,8 @@ class SwervePorts(DrivetrainPorts):
         drive: Model of the drive, which the caller steps with the chassis.
         drive_motors: Drive motor of each module, in the model's order.
         steer_motors: Steer motor of each module.
-        steer_encoders: Absolute encoder of each module's steering axis; None for a module without one.
-        wheel_encoders: Encoder on each wheel, None for a wheel without one; empty if no wheel has one.
+        steer_encoders: Absolute encoder of each module's steering axis; None for a module without an absolute encoder.
+        wheel_encoders: Encoder on each wheel, None for a wheel without an encoder; empty if no wheel has an encoder.
         gyro: Gyro; None if the robot has no gyro.
 
     Raises:
@@ -269,8 +269,8 @@ class SwervePorts(DrivetrainPorts):
     def module_setpoints(self) -> FloatArray:
         """Return each module's speed [m/s] and angle [rad] set-points, shape (n, 2).
 
-        The result has no rows unless all drive motors run velocity loops and all steer motors position loops; many
-        programs command volts to drive motors.
+        The result has no rows unless all drive motors run velocity loops and all steer motors position loops. Many
+        programs command the volts of drive motors instead.
         """
         rows = []
         for k, (drive, steer) in enumerate(zip(self._drive_ports, self._steer_ports, strict=True)):
@@ -283,13 +283,13 @@ class SwervePorts(DrivetrainPorts):
         return np.array(rows)
 
     def _drive_emf(self, k: int) -> float:
-        """Return the back-EMF of the drive motor of module k, at which no current flows [V]."""
+        """Return the back-EMF of module k's drive motor [V], the voltage at which no current flows."""
         speeds, (drive_gearing, coupling, _) = self._drive.shafts["speed"], self._gears[k]
         n = len(self._gears)
         return float(drive_gearing * speeds[k] + coupling * speeds[n + k]) * (1.0 / self._kv[k][0])
 
     def _steer_emf(self, k: int) -> float:
-        """Return the back-EMF of the steer motor of module k, at which no current flows [V]."""
+        """Return the back-EMF of module k's steer motor [V], the voltage at which no current flows."""
         return self._gears[k][2] * float(self._drive.shafts["speed"][len(self._gears) + k]) * (1.0 / self._kv[k][1])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
@@ -331,7 +331,7 @@ class ShaftPorts(DrivetrainPorts):
         drive: Model of the drive, which the caller steps with the chassis.
         shafts: Motor controllers of each shaft, positive forward. Tank: left, right. Mecanum: front left, front
             right, rear left, rear right.
-        encoders: Encoder on each shaft, None for a shaft without one; empty if no shaft has one.
+        encoders: Encoder on each shaft, None for a shaft without an encoder; empty if no shaft has an encoder.
         gyro: Gyro; None if the robot has no gyro.
 
     Raises:

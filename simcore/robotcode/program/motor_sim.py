@@ -17,7 +17,7 @@ __all__ = ["MotorSim"]
 
 
 class MotorSim:
-    """Motor controllers of one maker on a mechanism, driven by the leader's output.
+    """Motor controllers of one maker on a mechanism; the leader's output drives the mechanism.
 
     Args:
         name: Name of the leader in messages.
@@ -28,7 +28,7 @@ class MotorSim:
         encoder_gearing: Turns of an encoder on the mechanism per turn of the mechanism [-].
 
     Raises:
-        ConfigError: `mechanism` is not a mechanism, the number of devices differs from the number of motors in its
+        ConfigError: `mechanism` is not a mechanism, the number of devices differs from the number of motors in the
             gearbox, or an index in `opposed` is out of range.
     """
 
@@ -60,7 +60,7 @@ class MotorSim:
         self._encoder_gearing = encoder_gearing
 
     _ports: Sequence[MotorPort]
-    """Simulated sides of the controllers, leader first."""
+    """Ports of the controllers, leader first."""
 
     @property
     def volts(self) -> float:
@@ -73,7 +73,7 @@ class MotorSim:
         return self.mechanism.supply_current
 
     def setpoint(self) -> tuple[str, float] | None:
-        """Return the set-point of the leader's closed loop in turns of the mechanism, or None without one.
+        """Return the set-point of the leader's closed loop in turns of the mechanism; None without a closed loop.
 
         Returns:
             `VelocityRPS` and the velocity [turns/s], or `PositionRot` and the position [turns].
@@ -95,7 +95,7 @@ class MotorSim:
 
         Args:
             dt: Time step [s]; at most 5 ms for the stability of the devices' own 1 kHz loops.
-            battery_voltage: Battery voltage [V]; None for the roboRIO's measurement, so step the battery first.
+            battery_voltage: Battery voltage [V]; None for the roboRIO's measurement, as set by the battery's step.
             powered: Whether the roboRIO's outputs are enabled; if not (brownout), the motor coasts.
         """
         self.run(dt)
@@ -105,7 +105,9 @@ class MotorSim:
         self.write()
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Set the controllers' supply, and the mechanism's volts or duty cycle and current limits, before its step.
+        """Set the controllers' supply, and pass current limits and volts or duty cycle to the mechanism.
+
+        Call this method before the mechanism's step.
 
         Args:
             battery_voltage: Battery voltage [V].
@@ -129,7 +131,7 @@ class MotorSim:
         return self._ports[0].volts()
 
     def _show_output(self, duty_cycle: float) -> None:
-        """Write the followers' duty cycle [-], for makers whose library does not."""
+        """Write the followers' duty cycle [-], if the maker's library does not write the duty cycle."""
 
     def write(self) -> None:
         """Write motor volts and currents, rotor positions and velocities, after the mechanism's step."""

@@ -26,11 +26,11 @@ _PLAIN = (str, bytes, int, float, complex, bool, type(None), types.ModuleType, t
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Holder:
-    """Object of the program whose attributes lead to devices."""
+    """Object or module of the program whose attributes lead to devices."""
 
     made: Any
     name: str
-    """Attribute path from the robot object: `container.drive.front_left`."""
+    """Attribute path from the robot object: `container.drive.front_left`; empty for the robot object or a module."""
     devices: dict[str, BuiltDevice]
     """Devices by attribute path from the holder: `drive_motor`, `steer.motor`."""
 
@@ -40,7 +40,7 @@ class ObjectGraph:
 
     Args:
         robot: Robot object.
-        folder: Folder of the project; the globals of the project's modules are searched as well.
+        folder: Folder of the project, to search the globals of the project's modules as well; None for no modules.
     """
 
     def __init__(self, robot: Any, folder: Path | None = None) -> None:
@@ -51,7 +51,7 @@ class ObjectGraph:
         self._below: dict[int, list[tuple[str, Any]]] = {}
         self._depths: dict[int, int] = {}
         self.modules = _modules(folder)
-        """Imported modules of the project."""
+        """Imported modules in the project's folder; empty without a folder."""
         self._walk([("", robot), *(pair for module in self.modules for pair in _globals(module))])
 
     def holders(self) -> list[Holder]:
@@ -209,7 +209,7 @@ def is_foreign(cls: type, *, containers: bool = False) -> bool:
 
 @cache
 def _builds_motors(package: str) -> bool:
-    """Return whether an installed package, such as a team's shared library, refers to a class of a maker's package."""
+    """Return whether an installed package, such as a team's shared library, imports anything from a vendor library."""
     if package in _MAKERS:
         return False
     for name, module in list(sys.modules.items()):
@@ -222,7 +222,7 @@ def _builds_motors(package: str) -> bool:
 
 
 def _modules(folder: Path | None) -> list[types.ModuleType]:
-    """Return the imported modules in the project's folder."""
+    """Return the imported modules in the project's folder; empty without a folder."""
     if folder is None:
         return []
     base, found = folder.resolve(), []

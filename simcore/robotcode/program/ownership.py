@@ -1,8 +1,8 @@
 """Ownership of each device's simulated state: by simcore's physics, or by a team's own model.
 
-If two models wrote the same rotor, robot code would read both in turn. So each maker checks the writes of other models
-(`Maker.watch_simulations`). Writes to a device claimed by physics are dropped, with one warning; any other write is
-recorded, and physics leaves that device alone.
+If two models wrote the same rotor position, robot code would read the two values in turn. So each maker checks the
+writes of other models (`Maker.watch_simulations`). The maker drops writes to a device that physics has claimed, with
+one warning. The maker records a write to any other device, and physics does not claim that device.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _log = logging.getLogger(__name__)
 _MANY = 100  # dropped writes before a warning; fewer may come from a model's thread that is still stopping
 
 DRIVETRAIN = "drivetrain"
-"""Owner name of the drivetrain's devices."""
+"""Name under which physics claims the drivetrain's devices."""
 
 
 class Ownership:
@@ -49,7 +49,7 @@ class Ownership:
 
     @property
     def claimed(self) -> Set[DeviceKey]:
-        """Devices reserved for physics."""
+        """Devices that physics has claimed."""
         return self._claimed.keys()
 
     def may_write(self, key: DeviceKey) -> bool:

@@ -22,7 +22,7 @@ def words_of(name: str) -> str:
 
 
 def says_place(name: str, place: str) -> bool:
-    """Return whether the last attribute of a path names a side or corner.
+    """Return whether the last attribute of a path names the given side or corner.
 
     Args:
         name: Attribute path: `base.motorL1`.

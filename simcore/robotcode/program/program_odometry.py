@@ -36,7 +36,7 @@ _EARLY = 10  # maximum number of resets kept before a listener is registered
 
 
 class PoseResets:
-    """Pose resets of robot code's objects, kept until a listener is registered."""
+    """Pose resets by robot code, kept for each odometry object until a listener is registered."""
 
     def __init__(self) -> None:
         self._listeners: WeakKeyDictionary[Any, PoseReset] = WeakKeyDictionary()
@@ -49,7 +49,7 @@ class PoseResets:
             tell(*reset)
 
     def note(self, made: Any, reset: Reset) -> None:
-        """Record a pose reset of an object by robot code."""
+        """Pass a pose reset by robot code to the object's listener, or keep the reset without a listener."""
         tell = self._listeners.get(made)
         if tell is None:
             self._early.setdefault(made, deque(maxlen=_EARLY)).append(reset)
@@ -61,11 +61,11 @@ class PoseResets:
 
 
 class _Program:
-    """Key for the resets of the odometry in use."""
+    """Key of the resets of the odometry in use, for `PoseResets`."""
 
 
 _resets = PoseResets()
-_built: list[Any] = []  # odometry objects, the one set last at the end
+_built: list[Any] = []  # odometry objects; the object that was set last is at the end
 
 
 def on_pose_reset(tell: PoseReset) -> None:
@@ -80,7 +80,7 @@ def estimated_pose() -> tuple[float, float, float] | None:
 
 
 def _main() -> Any:
-    """Return the odometry in use: a pose estimator if there is one, and the object set last if there are several."""
+    """Return the pose estimator that was built or set last, else the last odometry object; None without odometry."""
     estimators = [made for made in _built if hasattr(made, "get_estimated_position")]
     return (estimators or _built or [None])[-1]
 
@@ -100,7 +100,7 @@ def _note(made: Any, *, turns: bool = True, moves: bool = True) -> None:
 
 def _note_built(made: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
     if any(_pose(made)):
-        _note(made)  # its initial pose
+        _note(made)  # the initial pose
     else:
         _built.append(made)
 
@@ -112,7 +112,10 @@ _updates: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
 
 
 def on_wheel_distances(tell: Callable[[list[float]], object]) -> None:
-    """Call `tell` with the wheel or side distances [m], left first, after each update of the program's odometry."""
+    """Call `tell` with the wheel or side distances [m], left first, after each update of the program's odometry.
+
+    The function replaces an earlier callback. Swerve odometry is not reported.
+    """
     _distances[:] = [tell]
 
 
@@ -136,7 +139,7 @@ def _is_updated(made: Any) -> bool:
 
 
 def why_still() -> str:
-    """Return the reason why the program's pose does not follow the sensors; empty for an updated or no odometry."""
+    """Return the reason why no update reaches the program's odometry; empty if the odometry is updated or missing."""
     main, asked = _main(), place_of_question()
     if main is None or _is_updated(main):
         return ""
@@ -217,7 +220,7 @@ def _caller() -> tuple[bool, str]:
 
 
 def watch_sets(cls: Any, method: str, what: str, dropped: object = None) -> None:
-    """Drop calls of a setter that a program repeats in every loop while the robot is enabled; see `_EveryLoop`.
+    """Wrap a setter to drop calls that a program repeats in every loop while the robot is enabled; see `_EveryLoop`.
 
     Args:
         cls: Class that has the method.
@@ -244,7 +247,7 @@ def watch_sets(cls: Any, method: str, what: str, dropped: object = None) -> None
 
 
 def _position(*args: Any) -> tuple[float, float] | None:
-    """Return the position from the pose or translation among the arguments of a reset, or None without one."""
+    """Return x and y [m] of the pose or translation among the arguments of a reset, or None without a position."""
     for value in args:
         value = value.to_pose2d() if hasattr(value, "to_pose2d") else value
         if hasattr(value, "x") and hasattr(value, "y") and not callable(value.x):

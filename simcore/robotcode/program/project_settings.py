@@ -52,7 +52,7 @@ _CORNERS = ("fl", "fr", "bl", "br")
 
 
 def project_measures(folder: Path) -> list[dict[str, Measure]]:
-    """Return the measures in each settings file by name, PathPlanner's first; `places` are module positions [m].
+    """Return the measures of each settings file by name, PathPlanner's file first; `places` are module positions [m].
 
     Args:
         folder: Folder of robot.py.

@@ -29,7 +29,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Built:
-    """WPILib object that the program has built."""
+    """WPILib object that the program has built, with the constructor's arguments."""
 
     kind: str
     """Kind of object: `kinematics`, `odometry`, `drive` or `group`."""
@@ -80,7 +80,7 @@ def after_call(owner: Any, method: str, note: Callable[[Any, Any, Arguments, Set
         note(made, answer, args, settings)
         return answer
 
-    # pybind11 detects an override that calls its base method by the frame's name; with another name it would recurse
+    # pybind11 detects an override that calls its base method by the frame's name; another name would recurse
     noted.__code__ = noted.__code__.replace(co_name=method)
     setattr(owner, method, functools.wraps(call)(noted))
 
@@ -94,10 +94,10 @@ def guard(
     drops: bool = True,
     dropped: object = None,
 ) -> None:
-    """Ask `may_write` before each call of a method that writes to a simulated device; see `Maker.watch_simulations`.
+    """Check each call of a method that writes to a simulated device with `may_write`; see `Maker.watch_simulations`.
 
     Args:
-        owner: Class that has the method; an earlier guard is replaced.
+        owner: Class that has the method; a new guard replaces an earlier guard.
         method: Name of the method.
         key_of: Function that returns model and address of the device behind the object, or None to let the call pass.
         may_write: Function that takes model and address, and returns whether the call may pass.
@@ -117,7 +117,7 @@ def guard(
 
 
 def record_class(cls: Any, note: Callable[[Any, Arguments, Settings], object]) -> None:
-    """Call `note` with each new object of a class and its constructor arguments; safe to call more than once."""
+    """Call `note` with each new object of a class and the constructor's arguments; safe to call more than once."""
 
     def note_built(made: Any, _: Any, args: Arguments, settings: Settings) -> None:
         note(made, args, settings)
@@ -151,7 +151,7 @@ class Answers(Generic[T]):
         self._by_object[made] = answering
 
     def of(self, made: Any) -> T | None:
-        """Return the source of replies attached to an object, or None without one."""
+        """Return the source of replies attached to an object, or None without a source."""
         return self._by_object.get(made)
 
     def wrap(self, cls: Any, replies: Mapping[str, Callable[..., Any]], *, also_original: bool = False) -> None:
@@ -204,13 +204,13 @@ class BuiltDevices:
         Args:
             cls: Class of the vendor library.
             model: Model in the maker's spelling.
-            address_of: Function that returns an object's address from the object or its constructor arguments; objects
-                with a negative number are not recorded.
+            address_of: Function that returns an object's address from the object or its constructor arguments; an
+                object with a negative number is not recorded.
         """
         record_class(cls, lambda made, args, settings: self.add(model, address_of(made, args, settings), made))
 
     def add(self, model: str, address: DeviceAddress, made: Any) -> None:
-        """Record one object, unless it is already recorded or its address number is negative."""
+        """Record an object, unless the object is already recorded or the address number is negative."""
         known = self._keys.get(id(made))
         if address.number >= 0 and (known is None or known[0]() is not made):
             reference = weakref.ref(made)

@@ -27,7 +27,7 @@ _PULSES = 2048.0  # pulses per turn that simcore assumes for an encoder on the r
 
 
 def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find a tank drive from a `DifferentialDrive`, else from `left` and `right` or their initials in motor names.
+    """Find a tank drive from a `DifferentialDrive`, else from `left`, `right`, `l` or `r` in motor names.
 
     Without a WPILib tank drive object, the names must also suggest drive motors.
 
@@ -101,7 +101,7 @@ def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
     wheels = _wheels(graph, CORNERS, places, given)
     measures = {**motor_measures("drive", wheels[0].motors[0]), **_way(wheels[0])}
     if not kinematics:
-        measures["x and y"] = Measure("0.56 x 0.56 m", "as many robots have it", is_guess=True)
+        measures["x and y"] = Measure("0.56 x 0.56 m", "a common value", is_guess=True)
     return FoundDrivetrain(
         kind="mecanum",
         wheels=wheels,
@@ -137,7 +137,7 @@ def _wheels(
 
 
 def _given(record: Built, names: Sequence[str]) -> list[list[BuiltDevice]] | None:
-    """Return the motors passed to a drive class as objects, groups or bound methods; None if any is unknown."""
+    """Return the motors passed to a drive class as objects, groups or bound methods; None if a motor is unknown."""
     found = [_motors_of(record.argument(k, name)) for k, name in enumerate(names)]
     return found if all(found) else None
 
@@ -174,7 +174,7 @@ def _parts_of(given: Any) -> list[Any]:
 
 
 def _members_of(given: Any) -> Sequence[Any]:
-    """Return the members of a `MotorControllerGroup`."""
+    """Return the motor controllers in a `MotorControllerGroup`; empty for any other object."""
     return next((r.args for r in built("group") if r.made is given), ())
 
 
@@ -185,7 +185,7 @@ def _drive_sign(motor: BuiltDevice) -> float:
 
 
 def with_followers(leaders: Sequence[BuiltDevice]) -> tuple[BuiltDevice, ...]:
-    """Return the leaders and all their followers."""
+    """Return motor controllers and the followers that robot code has configured for these controllers."""
     devices = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
     found = list(leaders)
     for leader in leaders:
@@ -255,7 +255,10 @@ def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
 
 
 def _way(wheel: FoundWheel) -> dict[str, Measure]:
-    """Return `meters_per_rotor_turn` from the leader's conversion factor; empty without one or with a wheel encoder."""
+    """Return `meters_per_rotor_turn` from the leader's conversion factor.
+
+    The result is empty for a leader without a conversion factor, or a wheel with an encoder.
+    """
     leader = wheel.motors[0]
     units = abs(maker_of(leader).facts(leader).units_per_rotor_turn)
     if wheel.wheel_encoder is not None or units in (0.0, 1.0):

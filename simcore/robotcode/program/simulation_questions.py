@@ -37,12 +37,12 @@ def is_of_program(code: types.CodeType) -> bool:
 
 
 def simulation_code(code: types.CodeType) -> bool:
-    """Return whether a function is simulation code: it has a typical name, or calls `isReal` or `isSimulation`."""
+    """Return whether a function is simulation code, by a typical name or by calls of `isReal` or `isSimulation`."""
     return code in _asked or code.co_name.lower().strip("_") in _HOOKS
 
 
 def place_of_question() -> str:
-    """Return file and line of the program's first `isReal` or `isSimulation` call, or an empty string."""
+    """Return file and line of the program's first `isReal` or `isSimulation` call; empty without such a call."""
     return next(iter(_asked.values()), "")
 
 
@@ -59,7 +59,7 @@ def _settings(folder: Path) -> RobotSettings:
             try:
                 return read_settings(place / FILE_NAME)
             except ConfigError:
-                break  # a bad file is reported elsewhere, by the reader of the field's tables
+                break  # the start of the simulation reports an invalid file
     return RobotSettings()
 
 

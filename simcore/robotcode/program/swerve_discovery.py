@@ -29,13 +29,15 @@ _DEAF = (
 
 
 _OFFSET = re.compile(r"(?<!magnet)(?<!magnet_)offset|zero_?(angle|position|point)|^_*zero$", re.IGNORECASE)
-"""Attributes that a program subtracts from encoder readings; the encoder itself subtracts a magnet offset."""
+"""Pattern of the offsets that a program subtracts from encoder readings, without magnet offsets of encoders."""
 _HALF = 0.28  # [m], x and y distance from the center to a wheel without a known position
 _UNPLACED = "no kinematics or settings give the module positions"
 
 
 def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
-    """Find swerve modules with two motors each: one per kinematics position or, without kinematics, four that steer.
+    """Find a swerve drive: an object with two motors for each kinematics position, or four steered objects.
+
+    Four objects are enough if the program has no kinematics and no drive class of WPILib.
 
     Returns:
         Drivetrain, or None if the program has no swerve drive.
@@ -43,7 +45,7 @@ def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
     Raises:
         DrivetrainNotFoundError: The program has swerve kinematics but no matching modules.
     """
-    kinematics = graph.built("kinematics", "SwerveDrive")  # reachable ones first: PathPlanner builds its own, too
+    kinematics = graph.built("kinematics", "SwerveDrive")  # reachable objects first: PathPlanner builds kinematics, too
     groups = _module_groups(graph)
     for record in kinematics:
         places = [(float(t.x), float(t.y)) for t in record.made.get_modules()]
@@ -85,7 +87,7 @@ def _drivetrain(
 
 
 def _module_groups(graph: ObjectGraph) -> list[list[Holder]]:
-    """List candidate modules, likely ones first: objects of one class with two motors each, or members by corner."""
+    """List candidate groups of modules, likeliest first: objects of one class with two motors, or members by corner."""
     holders = graph.holders()
     by_class: dict[tuple[bool, type], list[Holder]] = {}
     for holder in holders:
@@ -96,7 +98,7 @@ def _module_groups(graph: ObjectGraph) -> list[list[Holder]]:
         bases = [cls for cls in own.__mro__[1:] if not is_foreign(cls)]
         for key in ((False, own), *((True, base) for base in bases)):
             group = by_class.setdefault(key, [])
-            if motors.isdisjoint(k for h in group for k in _motor_keys(h)):  # if two share a motor, the nearer wins
+            if motors.isdisjoint(k for h in group for k in _motor_keys(h)):  # of two with one motor, keep the nearer
                 group.append(holder)
     groups = [(is_base, group) for (is_base, _), group in by_class.items()]
     # A container around each module has the module's motors, but only the module gives its position; a program's
@@ -127,13 +129,13 @@ def _flat_modules(holder: Holder) -> list[Holder]:
 
 
 def _is_steered(holder: Holder) -> bool:
-    """Return whether an object with two motors is a swerve module: it has a steer motor by name, or an encoder."""
+    """Return whether an object with two motors is a swerve module, by the name of a steer motor or by an encoder."""
     motors = [name for name, device in holder.devices.items() if _is_motor(device)]
     return any(_steers(name) > 0 for name in motors) or len(motors) < len(holder.devices)
 
 
 def _steers(name: str) -> int:
-    """Return 1 if the attribute path of a motor names steering, -1 if it names driving, 0 if both or neither.
+    """Return 1 if the attribute path of a motor suggests steering, -1 for driving, 0 for both or neither.
 
     >>> _steers("turn_motor"), _steers("drive.motor"), _steers("driveTurnMotor")
     (1, -1, 0)
@@ -142,7 +144,7 @@ def _steers(name: str) -> int:
 
 
 def _in_order(holders: Sequence[Holder], places: Sequence[tuple[float, float]]) -> tuple[list[Holder], bool]:
-    """Return the modules in the order of `places` and True if their names give corners, else as found and False."""
+    """Return the modules in the order of `places` and True if module names give corners, else as found and False."""
     named = {corner_of(holder.name): holder for holder in holders}
     corners = [(_sign(x), _sign(y)) for x, y in places]
     is_named = len({*corners}) == len(holders) and {*corners} == {*named}
@@ -193,7 +195,7 @@ def _drive_and_steer(motors: Sequence[tuple[str, BuiltDevice]]) -> tuple[BuiltDe
 
 
 def with_beliefs(found: FoundDrivetrain, graph: ObjectGraph) -> FoundDrivetrain:
-    """Return the drivetrain with the program's signs, zeros and measures, measured by moving the sensors.
+    """Return the drivetrain with the signs, zeros and measures of robot code, found by moving the sensors.
 
     Raises:
         ConfigError: A device does not respond.
@@ -261,7 +263,11 @@ def _zeros_of_odometry(count: int) -> list[float | None]:
 
 
 def _guessed_zeros(modules: Sequence[Sequence[Any]]) -> tuple[list[float | None], dict[str, Measure]]:
-    """Guess the module angles at zero encoder readings [rad] from offset attributes, if no module gives its angle."""
+    """Guess the module angles at zero encoder readings [rad] from offset attributes; 0 without these attributes.
+
+    Returns:
+        Angle of each module, and the measure `zeros_deg` with the source of the guess.
+    """
     rows = [
         [(n, v) for made in objects for n, v in getattr(made, "__dict__", {}).items() if _OFFSET.search(n)]
         for objects in modules

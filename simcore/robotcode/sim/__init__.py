@@ -1,1 +1,1 @@
-"""Adapters to RobotPy: physics hooks, robot tests, the driver station and the Field2d."""
+"""Adapters between RobotPy programs and simcore: physics hooks, device connections, driver controls and robot tests."""

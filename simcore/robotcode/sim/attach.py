@@ -1,16 +1,17 @@
 """Attach simcore to a robot program under `robotpy sim --simcore`, in robot tests and in sweeps of a project.
 
-The module works in three steps, each ahead of the corresponding step of the program:
+The module works in three steps:
 
-1. `watch_program` starts recording the program's devices before robot.py is imported, because programs build devices
-   at the top of robot.py, in class bodies and in other modules.
-2. `attach` adds a `PhysicsHook` to the robot class before the robot is built.
+1. `watch_program` starts recording the program's devices before Python imports robot.py. Programs also build devices
+   during the import: at the top of robot.py, in class bodies and in other modules.
+2. `attach` adds a `PhysicsHook` to the robot class before the program builds the robot.
 3. The hook builds the physics in the robot's simulationInit and advances the physics in each simulationPeriodic. A
-   WPILib loop calls robotPeriodic, the before-callbacks, simulationPeriodic and the after-callbacks, in this order.
-   TimedRobot, MagicBot and PyKit's LoggedRobot call these hooks; `attach` rejects a robot class whose loop does not.
+   WPILib loop calls robotPeriodic, the HAL's SimPeriodicBefore callbacks, simulationPeriodic and the HAL's
+   SimPeriodicAfter callbacks, in this order. TimedRobot, MagicRobot and PyKit's LoggedRobot call the simulation
+   hooks. `attach` rejects a robot class without simulation hooks.
 
-RobotPy loads this module as the extension `simcore` for every `robotpy` command and silently skips an extension that
-fails to import. The module therefore imports only the standard library until the flag is given.
+RobotPy loads this module as the extension `simcore` for every `robotpy` command, and silently skips an extension that
+fails to import. The module therefore imports only the standard library and `simcore.errors` until simcore is needed.
 """
 
 from __future__ import annotations
@@ -51,9 +52,9 @@ _FLAGS = {
     "--engine": "the physics engine, bullet or mujoco (default: bullet where it is installed)",
     "--match": "a whole match with scripted players, such as practice-2v2, or PARTNERS/OPPONENTS",
 }
-"""Help texts of the options that accompany `--simcore`, by option."""
+"""Help texts of the options that apply only with `--simcore`, by option name."""
 _chosen: dict[str, str] = {}
-"""Values of the options in `_FLAGS` from the command line."""
+"""Values of the `_FLAGS` options on the command line, by option name without dashes."""
 _SHORTEST = 0.010  # minimum time between two calls of an engine, as in pyfrc [s]
 _NETWORKTABLES = 5810  # port of the NT4 server
 
@@ -65,7 +66,9 @@ _robots = 0  # number of robots built by tests in this process
 
 
 def watch_program(*, simulated: bool = False) -> Ownership:
-    """Start recording a program's devices, notifiers and tables, at most once; return the record of device owners.
+    """Start recording a program's devices, notifiers and tables, and return the record of device owners.
+
+    A later call starts nothing and returns the same record.
 
     Args:
         simulated: Whether to switch Phoenix 6 to simulated time.
@@ -98,9 +101,10 @@ def watch_program(*, simulated: bool = False) -> Ownership:
 
 
 def begin_robot() -> None:
-    """Prepare for the next robot of a test: switch Phoenix 6 to simulated time, without the previous robot's devices.
+    """Prepare for the next robot of a test process: switch Phoenix 6 to simulated time and start recording devices.
 
-    The first robot of a process keeps the devices that were built during import.
+    A later robot of the process starts without emulated Phoenix 6 devices. The first robot keeps the devices that the
+    program built during the import.
     """
     global _robots
     _robots += 1
@@ -112,7 +116,9 @@ def begin_robot() -> None:
 
 
 def load_watched_class(module: str, name: str, simulated: bool) -> Any:
-    """Seed the random generators, start recording, import a program, and return the program's robot class.
+    """Import a robot program and return the robot class.
+
+    The function first seeds the random generators and starts recording the program's devices.
 
     Args:
         module: Name of the module that defines the class.
@@ -138,15 +144,15 @@ def attach(
     needs_field: bool = False,
     guard: Callable[[], AbstractContextManager[None]] = nullcontext,
 ) -> tuple[PhysicsHook, Any]:
-    """Attach physics to a robot program before its robot is built.
+    """Attach physics to a robot class, before the program builds the robot.
 
     Args:
         robot_class: Robot class of the program.
         folder: Folder of robot.py.
         physics: Project's physics.py module; None if the project has no physics.py.
-        joins: Whether simcore also runs alongside a physics.py that does not use simcore.
-        needs_field: Whether a missing drivetrain is an error; otherwise the program runs without a field.
-        guard: Context manager for the construction of physics, which reports errors.
+        joins: Whether simcore also runs if the project has a physics.py that does not use simcore.
+        needs_field: Whether a missing drivetrain is an error; False to run the program without a field.
+        guard: Function that returns a context manager, which reports errors in the construction of physics.
 
     Returns:
         The hook, and the robot class to use instead of `robot_class`.
@@ -183,7 +189,7 @@ def attach(
 
 
 def load_physics(folder: Path) -> types.ModuleType | None:
-    """Import and return the physics.py of a project; return None if the project has no physics.py.
+    """Import a project's physics.py and return the module; return None if the project has no physics.py.
 
     Raises:
         ConfigError: physics.py cannot be imported or has no class PhysicsEngine.
@@ -215,7 +221,7 @@ def is_ours(physics: types.ModuleType) -> bool:
 
 
 def _with_hook(robot_class: Any, hook: PhysicsHook, init: str, periodic: str) -> Any:
-    """Return a subclass of the robot class whose simulation hooks run the program's code, then physics."""
+    """Return a subclass of the robot class with simulation hooks that run the program's hook and then physics."""
 
     def begin(self: Any) -> None:
         getattr(super(physics_robot, self), init, lambda: None)()
@@ -237,11 +243,11 @@ def _with_hook(robot_class: Any, hook: PhysicsHook, init: str, periodic: str) ->
 
 
 class PhysicsHook:
-    """Physics engines of a program, built at program start and updated in each robot loop.
+    """Hook that builds the physics engines at program start and advances the engines in each robot loop.
 
     Args:
         builders: `PhysicsEngine` classes, as in a physics.py, or functions that return an engine or None.
-        guard: Context manager for the construction of the engines, which reports errors.
+        guard: Function that returns a context manager, which reports errors in the construction of the engines.
     """
 
     def __init__(self, builders: list[Callable[..., Any]], guard: Callable[[], AbstractContextManager[None]]) -> None:
@@ -255,7 +261,10 @@ class PhysicsHook:
         self._field: Any = None
 
     def begin(self, robot: Any) -> None:
-        """Show a `Field2d` and build the engines; the robot calls this method once, before the first loop."""
+        """Publish a `Field2d` and build the engines.
+
+        The robot calls this method once, before the first loop.
+        """
         from simcore import season
 
         self._field = season.wpilib.Field2d()
@@ -275,7 +284,10 @@ class PhysicsHook:
         return build(controller, robot) if takes_robot else build(controller)
 
     def run(self) -> None:
-        """Advance the engines at most every 10 ms; the robot calls this method in each loop."""
+        """Advance the engines to the present FPGA time, unless less than 10 ms have passed since the last advance.
+
+        The robot calls this method in each loop.
+        """
         from simcore import season
 
         now = self.last_loop = float(season.wpilib.Timer.get_monotonic_timestamp())
@@ -292,17 +304,21 @@ class PhysicsHook:
 
 
 def loadExtension() -> None:
-    """Do nothing, because the wrapped `run` has already attached the robot when RobotPy calls this function."""
+    """Do nothing.
+
+    RobotPy calls this function after the wrapped `run` has attached physics to the robot.
+    """
 
 
 load_extension = loadExtension
-"""Name of `loadExtension` in RobotPy since 2027."""
+"""Function `loadExtension` under the name that RobotPy uses since 2027."""
 
 
 def is_port_taken(port: int = _NETWORKTABLES) -> bool:
-    """Return whether a program on this computer already listens on a port; dashboards would connect to that program.
+    """Return whether a program on this computer already listens on a port, by default NetworkTables' port.
 
-    Call this function before the robot program starts its own server, whose failure is easily missed in the log.
+    Dashboards would connect to the other program instead of the robot program. Call this function before the robot
+    program starts a server, because a failed start of the server is easily missed in the log.
     """
     try:
         socket.create_connection(("127.0.0.1", port), timeout=0.2).close()
@@ -312,17 +328,20 @@ def is_port_taken(port: int = _NETWORKTABLES) -> bool:
 
 
 class _Choose(argparse.Action):
-    """Argparse action that stores an option's value, because RobotPy passes no option values to extensions."""
+    """Argparse action that stores an option's value in `_chosen`.
+
+    RobotPy does not pass option values to extensions.
+    """
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
         _chosen[self.dest] = values
 
 
 def _add_flags() -> None:
-    """Add `--game NAME`, `--engine NAME` and `--match NAME` to the command, which then attaches the robot.
+    """Add the options `--game`, `--engine` and `--match` to `robotpy sim`, and wrap the command to attach physics.
 
-    RobotPy gives each extension only a flag without a value. Therefore, this function finds the argument parser in the
-    stack frame of the RobotPy code that imports this module.
+    RobotPy gives each extension only a flag without a value. This function therefore finds the argument parser in the
+    stack frame of the RobotPy code that imports this module. Other imports of the module have no effect.
     """
     frame: types.FrameType | None = sys._getframe()
     while frame is not None:
@@ -337,7 +356,7 @@ def _add_flags() -> None:
 
 
 def _watch_command_line() -> None:
-    """Call `watch_program` before robot.py is imported if the command line requests a field or tests."""
+    """Start recording devices before the import of robot.py if the command is `sim` with simcore, or `test`."""
     has_flag = any(len(word) > 2 and "--simcore".startswith(word) for word in sys.argv)
     if "sim" in sys.argv and (has_flag or _mentions_simcore(Path())):
         with _leaving(Path()):
@@ -347,7 +366,7 @@ def _watch_command_line() -> None:
 
 
 def _mentions_simcore(project: Path) -> bool:
-    """Return whether a project's own physics.py uses simcore, which makes the `--simcore` flag unnecessary."""
+    """Return whether a project's physics.py mentions simcore, and the project therefore does not need `--simcore`."""
     try:
         return "simcore" in (project / "physics.py").read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -369,7 +388,7 @@ def _leaving(folder: Path) -> Iterator[None]:
 
 
 def _run_attached(command: Any) -> None:
-    """Wrap `robotpy sim` to attach the robot before the run and to exit with status 1 if the program fails."""
+    """Wrap the `robotpy sim` command to attach physics before a run, and to exit with status 1 if the program fails."""
     run = command.run
 
     @functools.wraps(run)  # RobotPy inspects the argument names
@@ -393,7 +412,7 @@ def _run_attached(command: Any) -> None:
 
 
 def _attached(robot_class: Any, folder: Path, *, joins: bool) -> Any:
-    """Return the robot class with physics attached according to the flags, and disable pyfrc's physics."""
+    """Attach physics to the robot class according to the options, disable pyfrc's physics, and return the new class."""
     if joins:
         from simcore.robotcode.sim.attached_physics import AttachedPhysics, choose
 
@@ -407,7 +426,7 @@ def _attached(robot_class: Any, folder: Path, *, joins: bool) -> Any:
 
 
 def _silence_joysticks() -> None:
-    """Turn off WPILib's repeated joystick warnings, because a run without a window has no joysticks."""
+    """Turn off WPILib's repeated warnings about missing joysticks for a run without a window."""
     from simcore import season
 
     season.silence_joystick_warnings()
@@ -415,7 +434,7 @@ def _silence_joysticks() -> None:
 
 
 def _is_no_interrupt(record: logging.LogRecord) -> bool:
-    """Return False for pyfrc's log of a traceback after Ctrl-C in physics, else True."""
+    """Return whether a log record is not the record in which pyfrc reports a Ctrl-C during physics."""
     return not str(record.msg).startswith("THIS IS NOT AN ERROR")
 
 

@@ -1,4 +1,4 @@
-"""Physics for a robot program that does not use simcore, from the drivetrain constants and `simcore.toml`."""
+"""Physics for a robot program that does not use simcore, based on the program's devices and `simcore.toml`."""
 
 from __future__ import annotations
 
@@ -50,15 +50,17 @@ _LOOPS = 3  # number of robot loops in which a project's own physics reveals the
 
 
 class AttachedPhysics(RobotPhysics):
-    """Physics of a robot on the field, with the program's drivetrain, and mechanisms from the file or guesses.
+    """Physics for a robot program without simcore code, with the robot on a game's field.
+
+    The drivetrain comes from the robot program. The mechanisms come from the robot description file or from guesses.
 
     Args:
-        physics_controller: Object with the `field` of the simulation window.
-        robot: Robot object.
+        physics_controller: Object whose attribute `field` is the Field2d of the simulation window.
+        robot: Robot object of the program.
 
     Raises:
-        ConfigError: No drivetrain is found, the drivetrain constants are implausible, or the file does not match the
-            program.
+        ConfigError: The program has no drivetrain, the drivetrain constants are implausible, or the file does not match
+            the program.
     """
 
     folder: ClassVar[Path] = Path()
@@ -72,9 +74,9 @@ class AttachedPhysics(RobotPhysics):
     match_name: ClassVar[str | None] = None
     """Value of the option `--match`; None if the option is not given."""
     is_on_network: ClassVar[bool | None] = None
-    """Whether `robotpy sim` has the network ports to itself; None outside `robotpy sim`."""
+    """Whether NetworkTables' port is free for `robotpy sim`; None outside `robotpy sim`."""
     ownership: ClassVar[Ownership]
-    """Record of device owners, created before the robot is built."""
+    """Record of device owners, which `attach` creates before the program builds the robot."""
 
     def __init__(self, physics_controller: Any, robot: Any) -> None:
         require_distinct_devices()
@@ -86,7 +88,7 @@ class AttachedPhysics(RobotPhysics):
         except DrivetrainNotFoundError as error:
             drivetrain = _stand(settings, error)
         self.found = drivetrain.found
-        """Drivetrain found in the program."""
+        """Drivetrain that simcore has found in the program."""
         config = drivetrain.config
         settings.require_effect(config)
         settings = settings.with_bumper_around(config.wheel_positions)
@@ -129,7 +131,7 @@ class AttachedPhysics(RobotPhysics):
             match=match,
             drivetrain=devices,
             motors=[*motors, *self.ports.devices],
-            # A mechanism on a bench is light: its controller's 1 kHz loop oscillates if volts hold for 5 ms.
+            # A mechanism on a bench has little inertia: the controller's 1 kHz loop would oscillate at 5 ms per part.
             parts=20 if isinstance(drivetrain, _Stand) else None,
             auto_starts=settings.auto_starts,
         )
@@ -145,7 +147,7 @@ class AttachedPhysics(RobotPhysics):
         )
 
     def update_sim(self, now: float, tm_diff: float) -> None:
-        """Advance the physics once per robot loop, after the project's own physics."""
+        """Count the robot loop, and advance the physics if the robot does not use WPILib's loop."""
         super().update_sim(now, tm_diff)
         self._loops += 1
 
@@ -156,7 +158,7 @@ class AttachedPhysics(RobotPhysics):
         self.assignment.after_tick(has_seen_loops=self._loops >= _LOOPS)
 
     def _say_what_is_there(self) -> None:
-        """Log the startup summary of the robot, its devices and the field."""
+        """Log the startup summary of the robot, devices, cameras and field."""
         assignment = self.assignment
         nobody = [short_names(assignment.idle)] if assignment.idle else []
         nobody += self.ports.idle
@@ -183,7 +185,7 @@ class AttachedPhysics(RobotPhysics):
 
 
 class _Stand:
-    """Fixed base for mechanisms on a bench, used as a `MakersDrivetrain` when the program has no drivetrain."""
+    """`MakersDrivetrain` for a program without a drivetrain: a fixed base for mechanisms on a bench."""
 
     def __init__(self, settings: RobotSettings) -> None:
         self.found = FoundDrivetrain(kind="none", wheels=(), about="a bench")
@@ -194,11 +196,11 @@ class _Stand:
 
 
 def _stand(settings: RobotSettings, error: DrivetrainNotFoundError) -> _Stand:
-    """Return a fixed base for a bench test of mechanisms.
+    """Return a fixed base for a bench test of mechanisms, and log a warning.
 
     Raises:
-        DrivetrainNotFoundError: If the program may have a drivetrain, has neither motors nor described mechanisms, or
-            has too many motors that the file does not describe; this is `error`.
+        DrivetrainNotFoundError: The program may have a drivetrain, or the file describes no mechanism and the program
+            has no motors or more than three motors. The function raises `error`.
     """
     motors = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
     may_drive = any(built(kind) for kind in ("drive", "kinematics", "odometry"))
@@ -213,7 +215,7 @@ def _stand(settings: RobotSettings, error: DrivetrainNotFoundError) -> _Stand:
 
 
 def physics_or_none(physics_controller: Any, robot: Any) -> AttachedPhysics | None:
-    """Build the physics; return None if no drivetrain is found, so that the program runs without simcore."""
+    """Build and return the physics. For a program without a drivetrain, log a warning and return None."""
     try:
         return AttachedPhysics(physics_controller, robot)
     except DrivetrainNotFoundError as error:
@@ -222,13 +224,13 @@ def physics_or_none(physics_controller: Any, robot: Any) -> AttachedPhysics | No
 
 
 def choose(folder: Path, *, game: str | None = None, engine: str | None = None, match: str | None = None) -> None:
-    """Set the game, engine and match, and reject unavailable choices before the program starts.
+    """Check the game, engine and match, and store the options for `AttachedPhysics` before the program starts.
 
     Args:
         folder: Folder of robot.py.
-        game: Value of the option `--game`.
-        engine: Value of the option `--engine`.
-        match: Value of the option `--match`.
+        game: Value of the option `--game`; None for the file's game or the newest game.
+        engine: Value of the option `--engine`; None for the file's engine or the default engine.
+        match: Value of the option `--match`; None for no scripted players from the command line.
 
     Raises:
         SimcoreError: simcore.toml is invalid, or the game, match or engine is unknown or not installed.
@@ -243,11 +245,13 @@ def choose(folder: Path, *, game: str | None = None, engine: str | None = None, 
 
 
 def choose_game(flag: str | None, in_file: str | None) -> Game:
-    """Return the game named by the flag, else the game named by the file, else the newest installed game.
+    """Return the game of the command line, else the game of the file, else the newest installed game.
+
+    The function logs the reason for the choice if several games are installed.
 
     Args:
-        flag: Value of the option `--game`.
-        in_file: Value of `game` in `simcore.toml`.
+        flag: Value of the option `--game`; None without the option.
+        in_file: Value of `game` in `simcore.toml`; None without the value.
 
     Raises:
         UnknownNameError: The named game is not installed; the message lists the installed games.

@@ -1,8 +1,9 @@
-"""Placement of the robot at the start of autonomous, from the test, the file or the auto's pose reset.
+"""Placement of the robot at the start pose of autonomous.
 
-A drive team carries the real robot to the start of the auto. Robot code states this start by a reset of the
-drivetrain's pose, either while disabled or in the first loop of the auto. On a real robot, the reset changes only the
-estimate; this module also moves the simulated robot to the reset pose while the robot is at rest.
+The start pose comes from the test, the robot description file or a pose reset in robot code. A drive team carries the
+real robot to the start pose of the auto. Robot code resets the drivetrain's pose to this start pose, either while
+disabled or in the first loop of the auto. On a real robot, the reset changes only the estimated pose. In simulation,
+this module also moves the robot to the reset pose if the robot is at rest.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _log = logging.getLogger(__name__)
 
 Pose = tuple[float, float, float]
 Reset = tuple[tuple[float, float] | None, float | None]
-"""Position [m] and heading [rad] set by robot code; None for an unchanged part."""
+"""Position [m] and heading [rad] that robot code has set; None for a value that robot code has not set."""
 
 _WINDOW = 0.5  # time in autonomous during which a reset sets the start; commands run from the first loop [s]
 _AT_REST = 0.05  # largest speed of a robot at rest [m/s]
@@ -36,12 +37,12 @@ _CHOOSER = 25  # number of ticks between two checks of the dashboard's choosers
 
 
 class AutoStart:
-    """Start pose of one robot's autonomous, applied each time autonomous is enabled.
+    """Placement of one robot at the start pose of each autonomous period.
 
     Args:
         match: Match that contains the robot.
-        number: Index of the robot.
-        starts: Start poses by auto name, for the blue alliance [m, m, rad].
+        number: Index of the robot in the match.
+        starts: Start poses by auto name, for the blue alliance, field frame [m, m, rad].
         believed: Function that returns robot code's estimated pose, field frame [m, m, rad]; None if unknown.
     """
 
@@ -52,7 +53,7 @@ class AutoStart:
         self._number = number
         self._robot = match.robots[number]
         self.starts = starts
-        """Start poses by auto name, for the blue alliance [m, m, rad]."""
+        """Start poses by auto name, for the blue alliance, field frame [m, m, rad]."""
         self._believed = believed
         self._given: Pose | None = None
         self._chosen: str | None = None
@@ -65,7 +66,7 @@ class AutoStart:
         self._ticks = 0
 
     def place(self, pose: Pose) -> None:
-        """Place the robot at a pose [m, m, rad] and ignore later resets.
+        """Place the robot at a pose, field frame [m, m, rad], and ignore later pose resets in robot code.
 
         Raises:
             StartError: The pose is off the field or obstructed.
@@ -74,18 +75,29 @@ class AutoStart:
         self.note_place(pose)
 
     def note_place(self, pose: Pose | None) -> None:
-        """Record a pose that later resets must not change [m, m, rad]; None to allow resets again."""
+        """Record the pose at which a test has placed the robot, field frame [m, m, rad].
+
+        Later pose resets in robot code do not move the robot. None allows these resets again.
+        """
         self._given = pose
         self._is_open = False
 
     def keep_place(self) -> None:
-        """Restore a given pose after a change of alliance, which moves the robot to another start."""
+        """Move the robot back to the pose from the test after a change of alliance has moved the robot.
+
+        Without such a pose, the next check of the auto chooser places the robot at the new alliance's start.
+        """
         if self._given is not None:
             self._match.carry_to(self._number, self._given)
         self._chosen = None
 
     def see_reset(self, position: tuple[float, float] | None, heading: float | None) -> None:
-        """Record a pose reset by robot code: position [m] and heading [rad], None for an unchanged part."""
+        """Record a pose reset in robot code while disabled or at the start of autonomous.
+
+        Args:
+            position: New estimated position, field frame [m]; None for an unchanged position.
+            heading: New estimated heading [rad]; None for an unchanged heading.
+        """
         self._note_mode()
         if RobotState.is_disabled():
             before, turned = self._seeded or (None, None)
@@ -96,7 +108,10 @@ class AutoStart:
                 self._wanted = (position, turned if heading is None else heading)
 
     def before_tick(self) -> None:
-        """Place the robot at the file's start for the chosen auto, or at robot code's pose reset for autonomous."""
+        """Place the robot at the file's start pose for the chosen auto, or at robot code's reset pose for autonomous.
+
+        If the robot cannot stand at the reset pose, the robot does not move, and the match records the reason.
+        """
         self._note_mode()
         self._follow_chooser()
         position, heading = self._wanted or (None, None)
@@ -130,7 +145,12 @@ class AutoStart:
     # --- internals ----------------------------------------------------------------------------------------------------
 
     def _note_mode(self) -> None:
-        """Open the reset window when autonomous begins; close the window when autonomous ends or the robot moves."""
+        """Place the robot, or open the time window for pose resets, when autonomous begins.
+
+        A pose from the test keeps the robot in place and the window closed. Otherwise, if the file has a start pose for
+        the chosen auto, the method places the robot at this pose and keeps the window closed. An open window closes
+        after 0.5 s, when the robot moves, or when autonomous ends.
+        """
         is_auto = RobotState.is_autonomous_enabled()
         if not is_auto:
             self._since = None
@@ -146,7 +166,10 @@ class AutoStart:
             self._is_open = False
 
     def _kept_seed(self) -> Reset:
-        """Return the reset made while disabled, unless cameras have moved the estimate since then."""
+        """Return the pose reset that robot code made while disabled, if the estimated pose is still near the reset.
+
+        The method returns (None, None) if the reset has no position or the window is closed.
+        """
         position, heading = self._seeded or (None, None)
         if position is None or not self._is_open or RobotState.is_fms_attached():
             return None, None
@@ -159,7 +182,7 @@ class AutoStart:
         return chassis.speed < _AT_REST and math.dist(chassis.pose[:2], self._found[:2]) < _MOVED
 
     def _follow_chooser(self) -> None:
-        """Move the robot to the start of the chosen auto before the first enable, as a drive team does."""
+        """Move the robot to the file's start pose for the chosen auto, every 25 ticks before the first enable."""
         self._ticks += 1
         if self._was_enabled or self._given is not None or not self.starts or self._ticks % _CHOOSER:
             return
@@ -167,7 +190,11 @@ class AutoStart:
             self._place_chosen(again=False)
 
     def _place_chosen(self, *, again: bool = True) -> bool:
-        """Place the robot at the file's start for the chosen auto; return whether the file gives a start."""
+        """Place the robot at the file's start pose for the chosen auto; return whether the file has this start pose.
+
+        Args:
+            again: Whether to place the robot even if the chosen auto is unchanged.
+        """
         if self._since is not None:
             self._was_enabled = True
         name = next((auto for auto in chosen_autos() if auto in self.starts), None) if self.starts else None

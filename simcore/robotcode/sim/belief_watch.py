@@ -1,9 +1,9 @@
 """Check of a program's odometry while driving, with one warning that states the likely cause of an error.
 
 The check compares three paths since the last pose reset: the program's estimate, the path from wheels and gyro
-(including slip), and the true path. Slip separates the last two paths. Only an error in the program or in the robot
-description separates the estimate from both. The comparison also restarts when the robot is carried or the gyro is
-zeroed. With cameras, only a growing error counts.
+(including slip), and the true path. Slip causes a difference between the last two paths. Only an error in the program
+or in the robot description causes a difference between the estimate and both other paths. The comparison also restarts
+if the robot is carried or the program zeroes the gyro. For a robot with cameras, only the growth of the error counts.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _TRIVIAL = 0.1  # smallest travel from which directions can be judged [m]
 
 @dataclass(frozen=True, slots=True)
 class BeliefError:
-    """Error of a program's estimated pose."""
+    """Error of a program's estimated pose relative to the true pose."""
 
     position: float
     """Distance between estimated and true position [m]."""
@@ -43,12 +43,13 @@ class BeliefError:
 
 
 class BeliefWatch:
-    """Check of one robot's odometry, updated each tick.
+    """Check that compares one robot's estimated motion with the wheel odometry and the true motion each tick.
 
     Args:
         robot: Robot whose `estimated_pose` the program updates.
         sees: Function that returns whether cameras may correct the program's pose.
-        why_still: Function that explains in a sentence why the program's pose does not move; empty if unknown.
+        why_still: Function that returns a sentence with the reason why the program's pose does not move; empty if
+            unknown.
     """
 
     def __init__(
@@ -72,10 +73,10 @@ class BeliefWatch:
         self._settles = _SETTLES
 
     def after_tick(self, *, is_driving: bool) -> None:
-        """Compare the paths at the end of a tick, and log the first error.
+        """Compare the paths at the end of a tick, and log a warning for the first error.
 
         Args:
-            is_driving: Whether the robot is enabled; errors while disabled are ignored.
+            is_driving: Whether the robot is enabled. The check ignores errors while disabled.
         """
         believed = self._robot.estimated_pose
         if self._is_reported or believed is None:
@@ -135,7 +136,7 @@ class BeliefWatch:
         )
 
     def _share_of_turning(self) -> float:
-        """Return the ratio of estimated to true rotation [-]; 1 until the robot has turned 0.2 rad in total."""
+        """Return the fitted ratio of estimated to true rotation [-]; 1 until the robot has turned 0.2 rad in total."""
         return self._turned_alike / self._turned if self._turning > _LEAST_TURN else 1.0
 
     def _cause(self) -> str:
@@ -191,7 +192,7 @@ class BeliefWatch:
 
 
 def _was_set(last: tuple[Pose, Pose, Pose], now: tuple[Pose, Pose, Pose]) -> bool:
-    """Return whether the robot was carried within a tick, or the estimated heading was set at standstill."""
+    """Return whether the robot was carried in this tick, or the estimated heading jumped without true rotation."""
     turned, true_turned = (abs(math.remainder(now[k][2] - last[k][2], math.tau)) for k in (0, 2))
     was_carried = math.dist(last[2][:2], now[2][:2]) > _CARRIED[0] or true_turned > _CARRIED[1]
     return was_carried or (turned > _CARRIED[1] and true_turned < _RESTS)

@@ -1,7 +1,7 @@
-"""Ports of the roboRIO and of pneumatics modules used by the robot program, with the WPILib class on each port.
+"""Ports of the roboRIO and pneumatics modules that the robot program uses, and the WPILib class of each port.
 
-The HAL's simulation data contains ports but not the devices on them, so this module records calls of the classes'
-constructors. The class is unknown for an object built without the recorded constructors, for example by a C++ library.
+The HAL's simulation data contains ports but no WPILib classes. This module therefore records the constructor calls of
+WPILib classes. The class of an object from another source, for example a C++ library, is unknown.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _MODELS: dict[str, tuple[int, Callable[[int], bool]]] = {
     "Analog": (8, lambda channel: bool(AnalogInputSim(channel).get_initialized())),
     "Relay": (4, _is_relay_built),
 }
-"""Number of ports, including the MXP port, and function that returns whether a port is in use, by kind of port."""
+"""Number of ports, including MXP ports, and a function that returns whether a port is in use, by kind of port."""
 _CLASSES = (
     *("Koors40", "PWMSparkFlex", "PWMSparkMax", "PWMTalonFX", "PWMTalonSRX", "PWMVenom", "PWMVictorSPX"),
     *("Spark", "Talon", "VictorSP", "Servo", "PWM", "AddressableLED"),
@@ -58,9 +58,9 @@ class BuiltPort:
     """Kind of port: `PWM`, `DIO`, `Analog`, `Relay`, or a module's solenoids such as `REVPH 1 Solenoid`."""
     channels: tuple[int, ...]
     made_by: str = ""
-    """Name of the WPILib class; empty if the constructor call was not recorded."""
+    """Name of the WPILib class; empty if this module has not recorded the constructor call."""
     device: Any = None
-    """Object in robot code; None if deleted or if the constructor call was not recorded."""
+    """Object in robot code; None if robot code has deleted the object, or if the constructor call was not recorded."""
     args: tuple[Any, ...] = field(default=(), compare=False)
     """Positional arguments of the constructor."""
     settings: dict[str, Any] = field(default_factory=dict, compare=False)
@@ -68,7 +68,7 @@ class BuiltPort:
 
     @property
     def keys(self) -> list[DeviceKey]:
-        """Device key of each port."""
+        """Device keys of the ports, one key for each channel."""
         return [(self.model, DeviceAddress(channel)) for channel in self.channels]
 
     def __str__(self) -> str:
@@ -77,11 +77,14 @@ class BuiltPort:
 
 
 _records: list[BuiltPort] = []
-"""Recorded objects in order of construction; `device` is a weak reference."""
+"""Recorded objects in order of construction, with a weak reference in `device`."""
 
 
 def built_ports() -> list[BuiltPort]:
-    """Return the objects that use ports now, in order of construction; objects of unknown class come last."""
+    """Return the objects in robot code that use ports now, in order of construction.
+
+    The list ends with one entry for each used port whose class is unknown.
+    """
     used = _used()
     found: list[BuiltPort] = []
     for record in _records:
@@ -91,7 +94,7 @@ def built_ports() -> list[BuiltPort]:
         if record.model not in used and device is None:
             continue
         found.append(replace(record, device=device))
-    # ports of a deleted object may belong to a later object
+    # a later object may use the ports of a deleted object
     found = [
         port
         for number, port in enumerate(found)
@@ -106,13 +109,16 @@ def built_ports() -> list[BuiltPort]:
 
 
 def pneumatics_module(name: str) -> Any:
-    """Return the WPILib simulation object of a pneumatics module, for example `REVPH 1` or `CTREPCM 0`."""
+    """Return the WPILib simulation object of the pneumatics module `name`, for example `REVPH 1` or `CTREPCM 0`."""
     kind, number = name.split()
     return (REVPHSim if kind == "REVPH" else CTREPCMSim)(int(number))
 
 
 def encoder_range(model: str, channel: int) -> float:
-    """Return one turn of the encoder on a port in robot code's unit; 1 unless the encoder was built with a range."""
+    """Return the reading of the absolute encoder on a port after one turn, in robot code's unit.
+
+    The value is the full range from the encoder's constructor, or 1 if the constructor call has no range.
+    """
     for port in built_ports():
         if port.model == model and channel in port.channels and port.made_by in ("DutyCycleEncoder", "AnalogEncoder"):
             return float(port.settings.get("fullRange", port.args[1] if len(port.args) > 1 else 1.0))
@@ -120,7 +126,7 @@ def encoder_range(model: str, channel: int) -> float:
 
 
 def ports_text(model: str) -> str:
-    """Return the used ports of a kind for an error message: `PWM 0 (Spark), PWM 3 (Servo)`, or `none`."""
+    """Return the used ports of one kind for an error message, for example `PWM 0 (Spark), PWM 3 (Servo)` or `none`."""
     return ", ".join(str(port) for port in built_ports() if port.model == model) or "none"
 
 
@@ -132,7 +138,10 @@ def _used() -> dict[str, set[int]]:
 
 
 def _record_ports() -> None:
-    """Start recording objects; called once, when this module is imported."""
+    """Wrap the constructors of WPILib's classes to record objects and ports.
+
+    The module calls this function once, on import.
+    """
     for name in _CLASSES:
         cls = getattr(wpilib, name, None)
         if cls is not None and not getattr(cls.__init__, "_records_ports", False):
@@ -163,7 +172,10 @@ def _recording(build: Any, name: str) -> Any:
 
 
 def _module_of(args: tuple[Any, ...], settings: dict[str, Any]) -> tuple[str, int]:
-    """Return the type and CAN ID of a solenoid's module; without an ID, the default ID of the type."""
+    """Return the type and CAN ID of the pneumatics module from a solenoid's constructor arguments.
+
+    Without an ID in the arguments, the function returns the type's default ID.
+    """
     values = [*args, *settings.values()]
     kind = next(value for value in values if isinstance(value, wpilib.PneumaticsModuleType))
     is_rev = kind == wpilib.PneumaticsModuleType.REVPH

@@ -1,6 +1,6 @@
 """`simcore check`: run each mechanism of the described robot for a second and report implausible results.
 
-The command prints the results and writes a page that adds a drawing of the robot and the wheel speeds for shots.
+The command also writes the results to a page, with a drawing of the robot and charts of the wheel speeds for shots.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ _STILL = 1e-6  # largest travel of a mechanism that does not move [rad]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `simcore check`."""
+    """Add the arguments of `simcore check` to a parser."""
     parser.add_argument("project", nargs="?", type=Path, default=Path(), help="where robot.py is (default: here)")
     parser.add_argument(
         "--game", metavar="NAME", help="game to play; in a folder without a robot, check the game's own robot"
@@ -59,17 +59,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Subject:
-    """Robot to check."""
+    """Robot to check, with the game, settings and findings from the robot description file and the program."""
 
     name: str
     config: RobotConfig
     game: Game | None
     about: str
-    """Source of the robot description, as text."""
+    """Text that states the source of the robot description."""
     settings: RobotSettings | None = None
     """Settings from the robot description file; None for a game's own robot."""
     codes: Mapping[str, CodeView] = field(default_factory=dict)
-    """Controller configuration in the program, by mechanism."""
+    """Controller configurations in the robot program, by mechanism name."""
     problems: Sequence[RobotFinding] = ()
     """Findings from the survey of the program and from the robot description file."""
 
@@ -125,7 +125,7 @@ def _page(
     rows: Sequence[Sequence[str]],
     shots: Sequence[str],
 ) -> str:
-    """Return the HTML page with verdict, findings, drawing of the robot, mechanism runs, and wheel speeds for shots."""
+    """Return the HTML page with the verdict, findings, robot drawing, mechanism runs and wheel speeds for shots."""
     from simcore.show.solids import described_solids  # takes half a second
 
     blocks = [headline(verdict.capitalize(), subject.about)]
@@ -146,7 +146,7 @@ def _page(
 
 
 def _needs(shooter: ShooterConfig, subject: _Subject) -> list[NeededSpeed]:
-    """Return the speeds needed for shots into a shooter's goal; empty if the shooter has no goal."""
+    """Return the exit and wheel speeds needed for shots into a shooter's goal; empty without a game or a goal."""
     game = subject.game
     return [] if game is None or goal_of(shooter, game) is None else needed_speeds(shooter, subject.config, game)
 
@@ -160,7 +160,10 @@ def _own_robot(game: Game) -> _Subject:
 
 
 def _described(folder: Path, game_name: str | None) -> _Subject:
-    """Return the robot of a project from its description file and, if the program can be built, its program."""
+    """Return the robot of a project, with findings from the robot description file and the robot program.
+
+    If the program is missing or cannot be built, the function uses the file alone, with a default drivetrain.
+    """
     settings = read_settings(folder / FILE_NAME)
     named = game_name or settings.game
     game = find_game(named) if named or game_names() else None
@@ -209,14 +212,14 @@ def _described(folder: Path, game_name: str | None) -> _Subject:
 
 
 def _assumed_drivetrain(settings: RobotSettings) -> SwerveConfig:
-    """Return a default swerve drive with four modules 15 cm inside the bumpers."""
+    """Return a default swerve drive, with four modules 15 cm inside the outer edges of the bumpers."""
     length, width = settings.bumper or (0.83, 0.83)
     module = SwerveModuleConfig(x=0.0, y=0.0)
     return SwerveConfig.rectangle(length - 0.3, width - 0.3, module, mass=settings.mass)
 
 
 def surveyed_drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumConfig:
-    """Return the drivetrain configuration from the survey's drivetrain model."""
+    """Return the drivetrain configuration for the drivetrain model in a survey answer."""
     fields = {name: value for name, value in answer.items() if name not in ("kind", "positions", "lowered")}
     fields["center_of_mass"] = tuple(fields["center_of_mass"])
     if answer["kind"] == "swerve":
@@ -232,7 +235,7 @@ def surveyed_drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | M
 
 
 def _with_addresses(motors: dict[str, Any]) -> dict[str, Any]:
-    """Return a survey row with leader, followers and opposed followers as `DeviceAddress`."""
+    """Return a survey row with leader, followers and opposed followers converted to `DeviceAddress`."""
     rows = {key: [DeviceAddress.parse(one) for one in motors[key]] for key in ("followers", "opposed")}
     return {**motors, **rows, "leader": DeviceAddress.parse(motors["leader"])}
 
@@ -240,7 +243,7 @@ def _with_addresses(motors: dict[str, Any]) -> dict[str, Any]:
 def _with_program(
     settings: RobotSettings, motors: Sequence[dict[str, Any]], built: Sequence[tuple[str, int | str]]
 ) -> RobotSettings:
-    """Return settings with buses, gearings and inertias from the program where the file gives none.
+    """Return the settings, with buses, gearings and inertias from the program if the file gives no values.
 
     Args:
         settings: Settings from the robot description file.
@@ -267,7 +270,7 @@ def _codes(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> dict[st
 
 
 def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> Iterator[RobotFinding]:
-    """Yield findings about motors missing from the program or with different directions in program and file."""
+    """Yield a finding for each motor that the program does not build or that has another direction than in the file."""
     opposed = {
         (m["controller"], number): number in m["opposed"] for m in motors for number in (m["leader"], *m["followers"])
     }
@@ -306,7 +309,10 @@ def _figures(subject: _Subject) -> str:
 
 
 def _run(name: str, subject: _Subject) -> tuple[MechanismRun, MechanismRun | None]:
-    """Run a mechanism for a second at full positive output, and at full negative output if it has not moved."""
+    """Run a mechanism for a second at full positive output, and return the result.
+
+    If the mechanism has not moved, the second return value is the result at full negative output, else None.
+    """
     settings = subject.settings
     is_reversed = settings is not None and settings.mechanism(name).reversed
     config, code = subject.config.mechanisms[name], subject.codes.get(name)
@@ -319,7 +325,7 @@ def _run(name: str, subject: _Subject) -> tuple[MechanismRun, MechanismRun | Non
 def _run_rows(
     runs: Sequence[tuple[MechanismRun, MechanismRun | None]], subject: _Subject
 ) -> list[tuple[str, str, str]]:
-    """Return table rows of the mechanism runs, including the header; empty without mechanisms."""
+    """Return table rows (name, motion, sensor reading) of the mechanism runs, with a header row; empty without runs."""
     rows = []
     for run, back in runs:
         text = _motion(run, subject)
@@ -363,7 +369,7 @@ def _words(run: MechanismRun, subject: _Subject) -> tuple[str, str]:
 
 
 def _purpose(run: MechanismRun, subject: _Subject) -> str:
-    """Return the effect of a turning part on game pieces, as text."""
+    """Describe the effect of a flywheel or roller run on game pieces; empty for no effect."""
     forward, config = run.sign > 0.0, subject.config
     said = []
     for number, intake in enumerate(config.intakes, 1):
@@ -393,7 +399,11 @@ def _reading(run: MechanismRun) -> str:
 
 
 def _shots(subject: _Subject) -> Iterator[str]:
-    """Yield a line with each shooter's exit speed, and indented lines with the speeds needed for the goal."""
+    """Yield a line with each shooter's exit speed and elevation, and indented lines about shots into the goal.
+
+    The indented lines state the wheel speed needed from each distance, and the exit efficiency needed if the exit speed
+    at 12 V is too low.
+    """
     for number, shooter in enumerate(subject.config.shooters, 1):
         speed = top_exit_speed(shooter, subject.config)
         low, high = (math.degrees(angle) for angle in elevations(shooter, subject.config))
@@ -415,7 +425,7 @@ def _shots(subject: _Subject) -> Iterator[str]:
 
 
 def _tipping(subject: _Subject) -> str:
-    """Return the robot's tipping limits and the acceleration limit of the drivetrain, as text."""
+    """Return text about tipping: the full robot's mass, center of mass and limits, and the drivetrain's limit."""
     tips = tipping_limit(subject.config, [] if subject.game is None else [s.kind for s in subject.game.pieces])
     return (
         f"with everything up and full ({tips.mass:.1f} kg, center {tips.height:.2f} m up) it tips at "

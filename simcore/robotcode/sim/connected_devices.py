@@ -1,9 +1,9 @@
-"""Connection of robot code's devices to one robot of a match: voltages in, sensor readings out, at least every 5 ms.
+"""Exchange of motor voltages and sensor readings between robot code's devices and one robot of a match.
 
-The robot reads the controllers before each substep of at most 5 ms, because a steer loop overshoots if voltages hold
-for 20 ms. In simulated time, the clock of the devices advances with the substeps, so a tick can be a single part;
-engine, pieces and gyro keep their own steps. On the wall clock, a tick consists of parts of 5 ms, and the devices run
-between the parts.
+The robot reads the controllers before each substep of at most 5 ms, because a steer loop overshoots if voltages are
+constant for 20 ms. Engine, pieces and gyro keep their own steps. In simulated time, the clock of the devices advances
+with the substeps, so `RobotPhysics` can run a tick in one part. On the wall clock, `RobotPhysics` divides a tick into
+parts of 5 ms, and the devices run between the parts.
 """
 
 from __future__ import annotations
@@ -23,19 +23,22 @@ __all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices"]
 
 
 class DrivetrainDevices(Protocol):
-    """Devices of a drivetrain, implemented by `SwerveDrivetrainSim`, `SwervePorts` and `ShaftPorts`."""
+    """Motor controllers and sensors of a drivetrain.
+
+    `SwerveDrivetrainSim`, `SwervePorts` and `ShaftPorts` implement this protocol.
+    """
 
     def read(self, battery_voltage: float) -> None:
-        """Write the battery voltage [V] to the devices and read the motor voltages for the drivetrain model."""
+        """Write the battery voltage [V] to the devices, and set the drivetrain's motor voltages from the devices."""
         ...
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write the model's motion and the gyro's readings [rad, rad/s] to the sensors."""
+        """Write the drivetrain's motion to the encoders, and the angles [rad] and rates [rad/s] to the gyro."""
         ...
 
 
 class DeviceClock(Protocol):
-    """Clock of devices in simulated time, implemented by `PhoenixTime`."""
+    """Clock that advances devices in simulated time. `PhoenixTime` implements this protocol."""
 
     def step(self, dt: float) -> None:
         """Advance the devices by dt [s]."""
@@ -43,13 +46,13 @@ class DeviceClock(Protocol):
 
 
 class ConnectedDevices:
-    """All devices of one robot, for `Robot.connect`.
+    """Connection between one robot and all of the robot's devices, for `Robot.connect`.
 
     Args:
         robot: Robot in the match.
         drivetrain: Devices of the robot's drivetrain; None if the robot has no drivetrain.
         motors: Devices of the robot's mechanisms.
-        clock: Clock of the devices in simulated time; None on the wall clock.
+        clock: Clock of the devices in simulated time; None if the devices run on the wall clock.
 
     Raises:
         ConfigError: A device has no `read` or no `write` method.
@@ -74,19 +77,19 @@ class ConnectedDevices:
         self._note_gyro()
 
     def add(self, motor: MotorDevices) -> None:
-        """Connect an additional motor."""
+        """Connect the devices of an additional mechanism."""
         self._motors.append(motor)
 
     def remove(self, motor: MotorDevices) -> None:
-        """Disconnect a motor."""
+        """Disconnect the devices of a mechanism."""
         self._motors.remove(motor)
 
     def step(self, h: float, yaw_rate: float) -> None:
-        """Update sensors and read controllers before mechanisms and drivetrain move for h [s].
+        """Update the sensors, run the controllers and read the motor voltages before the robot moves for one substep.
 
         Args:
-            h: Step [s].
-            yaw_rate: Yaw rate of the robot from its tires [rad/s].
+            h: Length of the substep [s].
+            yaw_rate: Yaw rate of the robot after the last tire step [rad/s].
         """
         if self._pending_time:  # the drivetrain has moved since the last `write`
             self._show(self._yaw + self._turned, self._pitch, self._roll, (self._rate_x, self._rate_y, yaw_rate))
@@ -98,19 +101,19 @@ class ConnectedDevices:
         self._pending_time = h
 
     def setpoints(self) -> dict[str, float]:
-        """Return the controllers' closed-loop setpoints by telemetry name, which ends in the quantity and unit."""
+        """Return the closed-loop setpoints of the mechanisms' controllers, by telemetry name with quantity and unit."""
         names = {id(mechanism): telemetry_name(name) for name, mechanism in self._robot.mechanisms.items()}
         motors = [motor for motor in self._motors if isinstance(motor, MotorSim) and id(motor.mechanism) in names]
         goals = [(names[id(motor.mechanism)], motor.setpoint()) for motor in motors]
         return {f"{name}{goal[0]}": goal[1] for name, goal in goals if goal is not None}
 
     def module_setpoints(self) -> FloatArray:
-        """Return speed [m/s] and angle [rad] setpoints of the swerve modules, shape (n, 2); no rows while disabled."""
+        """Return speed [m/s] and angle [rad] setpoints of each swerve module, shape (n, 2); no rows while disabled."""
         ask = getattr(self._drivetrain, "module_setpoints", None)
         return NO_STATES if ask is None or not self._robot.drive.enabled else ask()  # type: ignore[no-any-return]
 
     def write(self) -> None:
-        """Write the sensors and run the controllers after a part of a tick."""
+        """Write the robot's motion and gyro readings to the sensors after a part of a tick, and run the controllers."""
         gyro = self._robot.gyro
         self._show(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates.tolist())
         self._run_controllers()
@@ -140,7 +143,7 @@ class ConnectedDevices:
             motor.read(volts, powered=powered)
 
     def _note_gyro(self) -> None:
-        """Record the gyro's reading, from which yaw is extrapolated until the next reading."""
+        """Record the gyro's angles and rates, from which `step` extrapolates the yaw until the next reading."""
         gyro = self._robot.gyro
         self._yaw, self._pitch, self._roll = gyro.yaw, gyro.pitch, gyro.roll
         self._rate_x, self._rate_y, _ = gyro.rates.tolist()

@@ -1,4 +1,4 @@
-"""Assignment of devices under `--simcore`: to the drivetrain, the file, the team's physics.py or a guess."""
+"""Assignment of each device under `--simcore` to the drivetrain, simcore.toml, the team's physics.py or a guess."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _LONGEST = 50  # largest number of ticks to wait for a team's physics.py
 
 @dataclass(frozen=True, slots=True)
 class _Guessed:
-    """Group of motor controllers and the mechanism guessed for the group."""
+    """Group of motor controllers on one shaft, with the guessed mechanism."""
 
     maker: Maker
     group: FollowerGroup
@@ -36,21 +36,21 @@ class _Guessed:
 
     @property
     def keys(self) -> list[DeviceKey]:
-        """Keys of the motor controllers."""
+        """Keys of the group's motor controllers, without sensors."""
         return [device.key for device in self.group.devices]
 
 
 class DeviceAssignment:
-    """Assignment of a guessed mechanism to every motor without a model.
+    """Assignment of a program's CAN devices to owners, with a guessed mechanism for each motor without an owner.
 
     Args:
         physics: Physics that runs the motors.
         robot: Robot that steps the mechanisms.
-        ownership: Record of device owners.
+        ownership: Record of the owner of each device.
         settings: Settings from the robot description file.
-        drivetrain: Devices of the drivetrain.
-        ports: Assignment of ports other than CAN; None to ignore ports.
-        on_assigned: Function to call once, when every device is assigned.
+        drivetrain: Keys of the drivetrain's devices.
+        ports: Connection of the ports other than CAN; None to ignore ports.
+        on_assigned: Function to call once, after the assignment of all devices; None for no call.
     """
 
     def __init__(
@@ -79,11 +79,11 @@ class DeviceAssignment:
         self._guesses = self._guess()
 
     def after_tick(self, *, has_seen_loops: bool = True) -> None:
-        """Connect the remaining motors after an observation period; later, disconnect motors that another model writes.
+        """Connect the guessed mechanisms after an observation period. Later, disconnect motors that physics.py writes.
 
         Args:
-            has_seen_loops: Whether the project's own physics has run a few times. On a busy computer, a burst of
-                several ticks may precede the first run.
+            has_seen_loops: Whether the project's own physics has run several times. On a busy computer, several ticks
+                may precede the first run.
         """
         self._ticks += 1
         if not self._has_decided:
@@ -96,12 +96,12 @@ class DeviceAssignment:
 
     @property
     def drivetrain(self) -> str:
-        """Devices of the drivetrain, as text."""
+        """Text that lists the devices of the drivetrain."""
         return short_names(self._drivetrain)
 
     @property
     def described(self) -> list[tuple[str, str]]:
-        """Devices and name of each mechanism in the file, as text."""
+        """Texts (devices, name with guesses) for each mechanism in the robot description file."""
         rows = []
         for m in self._settings.mechanisms:
             sensor = [] if m.cancoder is None else [("CANcoder", m.cancoder)]
@@ -111,7 +111,7 @@ class DeviceAssignment:
 
     @property
     def guessed(self) -> list[tuple[str, str]]:
-        """Devices and guessed mechanism of each group, as text."""
+        """Texts (devices, guessed mechanism) for each connected group of motors."""
         return [
             (str(g.group) + "".join(f", {model} {address}" for model, address in g.guess.sensors), str(g.guess))
             for g, _ in self._guessed
@@ -119,12 +119,12 @@ class DeviceAssignment:
 
     @property
     def foreign(self) -> list[DeviceKey]:
-        """Devices that the project's own physics writes."""
+        """Keys of the unassigned devices that the project's own physics writes."""
         return [key for key in self._others() if key in self._ownership.foreign]
 
     @property
     def idle(self) -> list[DeviceKey]:
-        """CAN devices and gyros that no model writes."""
+        """Keys of the CAN devices and gyros that no model writes."""
         return [key for key in self._others() if key not in self._ownership.foreign]
 
     def _others(self) -> Iterator[DeviceKey]:
@@ -134,7 +134,7 @@ class DeviceAssignment:
         return (device.key for device in _all_devices() if device.key not in known)
 
     def _guess(self) -> list[_Guessed]:
-        """Guess the mechanisms of unclaimed motors; log each group without a guess."""
+        """Return guessed mechanisms for the unclaimed motors, and log a warning for each group without a guess."""
         taken = self._ownership.claimed | self._ownership.foreign
         guesses = []
         for maker in makers():
@@ -171,7 +171,7 @@ def _all_devices() -> list[BuiltDevice]:
 
 
 def short_names(keys: Sequence[DeviceKey]) -> str:
-    """Return a short text for a list of devices.
+    """Return a text that lists devices by model and bus, with ranges of consecutive CAN IDs.
 
     >>> from simcore.quantities import DeviceAddress
     >>> short_names([("TalonFX", DeviceAddress(number)) for number in (1, 2, 3)])
@@ -197,7 +197,7 @@ def short_names(keys: Sequence[DeviceKey]) -> str:
 
 
 def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
-    """Claim the devices of a mechanism in the file, and connect them to the mechanism.
+    """Claim the CAN devices of a mechanism in the robot description file, and connect the devices to the mechanism.
 
     Raises:
         ConfigError: The program has not built one of the devices, or a follower is on another CAN bus.
@@ -223,7 +223,7 @@ def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Owne
 
 
 def with_configuration(settings: RobotSettings) -> RobotSettings:
-    """Return settings with gearing, inertia and friction from the program where the file gives none.
+    """Return the settings, with gearings, inertias and friction from the program for each value missing in the file.
 
     Raises:
         ConfigError: The program has not built one of the devices.

@@ -1,4 +1,4 @@
-"""`simcore doctor`: check of versions, imports and a second of physics, with advice for each finding."""
+"""`simcore doctor`: check the versions, imports and a second of physics, and give advice for each problem."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ _SHOWN = ("simcore", "numpy", "numba", "pybullet-arm64", "pybullet", "mujoco-cor
 _EXTRAS = {"phoenix6": "phoenix6", "rev": "rev", "navx": "navx", "photonlibpy": "photonvision"} | dict.fromkeys(
     ("wpilib", "wpimath", "wpiutil", "hal", "ntcore", "commands2"), "robotpy"
 )
-"""Extra of simcore that installs a module, by module name in robot code."""
+"""Extra of simcore that installs a module, by the name of the module that robot code imports."""
 _TICKS, _WARM_UP = 50, 10  # one simulated second, after ticks that fill caches
 _SLOW = 8.0  # largest tick time without a warning; robot code, Phoenix 6 and the window need the rest of the 20 ms [ms]
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One line of the report."""
+    """Result of one check: one row of the printed table."""
 
     check: str
     """Subject of the check, in a word or two."""
     text: str
     """Result of the check."""
     advice: str = ""
-    """Advice to fix the problem; empty if there is no problem."""
+    """Advice to fix the problem; empty without a problem."""
     level: str = "ok"
     """Severity: `ok`, `warn` (may behave unexpectedly) or `fail` (cannot work)."""
 
@@ -56,14 +56,14 @@ _warn, _fail = partial(Finding, level="warn"), partial(Finding, level="fail")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `simcore doctor`."""
+    """Add the options of `simcore doctor` to a parser."""
     parser.add_argument("--folder", type=Path, default=Path(), help="your robot project (default: here)")
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
     parser.add_argument("--no-physics", action="store_true", help="leave out the second of physics at the end")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run all checks and print the findings; return exit status 1 if a check failed, else 0."""
+    """Run all checks and print the findings as a table or JSON; return exit status 1 if a check failed, else 0."""
     found = [(one.metadata["Name"] or "", one.version) for one in metadata.distributions()]
     installed = {name.lower().replace("_", "-"): version for name, version in found}
     findings = [check_python(sys.version_info[:3]), check_versions(installed), *check_imports(args.folder)]
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def check_python(version: tuple[int, int, int]) -> Finding:
-    """Return a finding about the Python version."""
+    """Check whether simcore supports a Python version (major, minor, micro), and return the finding."""
     shown = f"{'.'.join(map(str, version))}, {platform.system()} {platform.machine()}"
     if OLDEST <= version[:2] <= NEWEST:
         return Finding("Python", shown)
@@ -91,7 +91,14 @@ def check_python(version: tuple[int, int, int]) -> Finding:
 
 
 def check_versions(installed: Mapping[str, str]) -> Finding:
-    """Return a finding about the installed versions, and whether WPILib and vendor libraries are of one season."""
+    """Check that simcore and WPILib are installed, and that WPILib and vendor libraries are for the same season.
+
+    Args:
+        installed: Version of each installed package, by name in lower case with hyphens.
+
+    Returns:
+        Finding with the installed versions or the first problem.
+    """
     seasons = installed_seasons(installed.items())
     shown = [f"{name} {installed[name]}" for name in _SHOWN if name in installed]
     shown += [text for found in seasons.values() for text in found if "-native-" not in text]
@@ -107,7 +114,10 @@ def check_versions(installed: Mapping[str, str]) -> Finding:
 
 
 def check_imports(folder: Path) -> Iterator[Finding]:
-    """Yield findings about the libraries that the robot program imports: not installed, not loadable, or loaded."""
+    """Yield a finding for each imported library that is missing or fails, and a finding about all other libraries.
+
+    If the folder contains no robot.py, the function yields only a warning.
+    """
     if not (folder / "robot.py").is_file():
         yield _warn("robot.py", f"not in {str(folder.resolve())!r}", "go to your robot code's folder first")
         return
@@ -123,11 +133,15 @@ def check_imports(folder: Path) -> Iterator[Finding]:
         else:
             why = (done.stderr.strip().splitlines() or [f"it ended with code {done.returncode}"])[-1]
             yield _fail("imports", f"{name} does not load: {why}", "install it again, of the same release as WPILib")
-    yield Finding("imports", f"robot.py is here; {', '.join(loaded) or 'nothing of others'} can be imported")
+    yield Finding("imports", f"robot.py is here; {', '.join(loaded) or 'no other library'} can be imported")
 
 
 def _imported(folder: Path) -> dict[str, str]:
-    """Return the libraries that a project imports at top level, except in tests, with the first importing file."""
+    """Return the first file that imports each library, by library name.
+
+    The search covers module-level imports in all files of the project except tests. The result excludes the standard
+    library and the project's own modules.
+    """
     found: dict[str, str] = {}
     for file in (*sorted(folder.glob("*.py")), *sorted(folder.glob("[!.t]*/*.py"))):
         try:
@@ -145,7 +159,7 @@ def _imported(folder: Path) -> dict[str, str]:
 
 
 def check_run() -> Iterator[Finding]:
-    """Play a second of the newest game; yield findings about invalid games and the median time of a tick."""
+    """Play a second of the newest game; yield findings about invalid games, errors and the median time of a tick."""
     left_out: list[str] = []
     took = []
     try:
@@ -179,7 +193,7 @@ def check_run() -> Iterator[Finding]:
 
 
 def print_findings(findings: list[Finding], console: Console) -> None:
-    """Print the findings as a table for 80 or more columns."""
+    """Print the findings as a table at most 110 columns wide, and the number of problems or warnings."""
     table = Table(width=min(console.width, 110))
     table.add_column("")
     table.add_column("what", no_wrap=True)

@@ -1,4 +1,4 @@
-"""Drive team controls for tests: joysticks and dashboard choosers."""
+"""Controls of the drive team that a test operates: joysticks and dashboard choosers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ _STICK = Quantity("", -1.0, 1.0)
 
 
 class Joystick:
-    """Joystick whose values hold until changed and reach robot code in the next loop.
+    """Simulated joystick at a driver station port.
+
+    Each value stays set until a test changes the value. Robot code reads a new value in the next loop.
 
     Args:
         port: Joystick port, 0..5.
@@ -36,7 +38,13 @@ class Joystick:
         self.center()
 
     def axis(self, number: int, value: float) -> None:
-        """Set axis `number` (from 0) to a value [-1..1]; forward and left are negative on most sticks."""
+        """Set an axis, numbered from 0, to a value from -1 to 1.
+
+        On most joysticks, forward and left are negative.
+
+        Raises:
+            ConfigError: The axis does not exist, or the value is out of range.
+        """
         if number not in range(_AXES):
             raise ConfigError(f"joystick {self.port}: axis must be 0..{_AXES - 1}, got {number!r}")
         if not -1.0 <= value <= 1.0:
@@ -44,15 +52,27 @@ class Joystick:
         DriverStationSim.set_joystick_axis(self.port, number, value)
 
     def press(self, button: int) -> None:
-        """Press and hold a button, numbered from 1."""
+        """Press a button, numbered from 1, and hold the button down.
+
+        Raises:
+            ConfigError: The button does not exist.
+        """
         self._button(button, True)
 
     def release(self, button: int) -> None:
-        """Release a button, numbered from 1."""
+        """Release a button, numbered from 1.
+
+        Raises:
+            ConfigError: The button does not exist.
+        """
         self._button(button, False)
 
     def pov(self, angle: int | None) -> None:
-        """Press the POV hat at an angle clockwise from forward [deg]; None to release."""
+        """Press the POV hat at an angle clockwise from forward [deg], a multiple of 45; None releases the hat.
+
+        Raises:
+            ConfigError: The angle is not 0, 45, ... 315 or None.
+        """
         if angle is not None and angle not in range(0, 360, 45):
             raise ConfigError(f"joystick {self.port}: pov must be None or a multiple of 45 below 360, got {angle!r}")
         season.set_pov(self.port, angle)
@@ -72,7 +92,7 @@ class Joystick:
 
 
 class XboxPad(Joystick):
-    """Xbox controller with axes and buttons as attributes.
+    """Simulated Xbox controller, on which assignments to attributes set the axes and buttons.
 
     Example:
         pad.left_y = -0.5  # forward
@@ -114,12 +134,16 @@ def auto_choices() -> dict[str, list[str]]:
 
 
 def chosen_autos() -> list[str]:
-    """List the selected option, else the default option, of each chooser in `auto_choices`."""
+    """Return the option in use of each chooser in `auto_choices`.
+
+    The option in use is the selected option, or else the active option, or else the default option. The list omits
+    choosers without any of these options.
+    """
     return _first_texts((*season.chooser_keys(), "default"))
 
 
 def active_choices() -> list[str]:
-    """List the active option of each chooser in `auto_choices` that has one."""
+    """Return the active option of each chooser in `auto_choices` that has an active option."""
     return _first_texts((season.chooser_keys()[1],))
 
 
@@ -130,7 +154,7 @@ def _first_texts(names: tuple[str, ...]) -> list[str]:
 
 
 def choose_auto(name: str) -> str:
-    """Select an option in the chooser that offers the option; return the chooser's key.
+    """Select an option in the first chooser that offers the option, and return the chooser's key.
 
     Raises:
         UnknownNameError: No chooser offers the option; the message lists all options.

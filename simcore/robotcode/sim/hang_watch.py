@@ -1,10 +1,10 @@
-"""Watchdog for robot tests that reports the source line at which the program blocks the clock.
+"""Watchdog that ends a robot test if the program blocks the clock, and reports the blocking source line.
 
 A step of WPILib's clock blocks in native code until a thread waits on every notifier again. The step blocks forever if
-the program waits in its own loop, or if no thread waits on a notifier.
+the program waits in the robot loop, or if no thread waits on a notifier.
 
-The time limit counts CPU time while the process works and wall time while the process waits, so that a slow or busy
-computer does not end a test.
+The time limit counts CPU time while the process works, and wall time while the process waits. A slow or busy computer
+therefore does not end a test.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from simcore.robotcode.program.simulation_questions import is_of_program
 __all__ = ["NO_LINE", "HangWatch", "program_line", "watch_notifiers"]
 
 NO_LINE = "no line of its own"
-"""Text of the report if the program is executing no source line of its own."""
+"""Text in the report if no thread is executing a source line of the program."""
 
 _STANDARD = sysconfig.get_path("stdlib")
 _LOOK = 0.25  # time between two checks [s]
@@ -34,12 +34,15 @@ _WORKS = 0.1  # processor load above which the process counts as working instead
 _UNSEEN = 10.0  # factor on the patience outside program code, e.g. while a slow computer builds a field [-]
 
 _unwaited: dict[int, str] = {}
-"""Source line of the program that created each notifier on which no thread has waited so far, by notifier handle."""
+"""Source line that created a notifier on which no thread has waited yet, by notifier handle; empty for library code."""
 
 
 @functools.cache
 def watch_notifiers() -> None:
-    """Start recording the source line that creates each HAL notifier, until a thread waits on the notifier."""
+    """Start recording the source lines that create HAL notifiers.
+
+    A record ends when a thread waits on the notifier, or when the notifier is stopped or cleaned.
+    """
     hal, names = season.hal, ("initialize_notifier", "wait_for_notifier_alarm", "stop_notifier", "clean_notifier")
     make, *ends = (season.own_name(hal, name) for name in names)
     initialize = getattr(hal, make)
@@ -59,7 +62,14 @@ def watch_notifiers() -> None:
 
 
 def program_line(frames: Iterable[Any]) -> str:
-    """Return file, line and function of the innermost program frame in the first stack with a program frame, or ''."""
+    """Return the source line of the program in the first stack that contains program code, as "FILE:LINE in FUNCTION".
+
+    Args:
+        frames: Innermost frame of each stack to search.
+
+    Returns:
+        Text for the innermost program frame; empty if no stack contains program code.
+    """
     for frame in frames:
         for at, line in traceback.walk_stack(frame):
             if is_of_program(at.f_code) and not at.f_code.co_filename.startswith(_STANDARD):
@@ -68,11 +78,12 @@ def program_line(frames: Iterable[Any]) -> str:
 
 
 class HangWatch:
-    """Watchdog that exits the process if an expected event takes too long.
+    """Watchdog thread that reports the cause and ends the process if an expected event takes too long.
 
     Args:
         patience: Time limit, in CPU time while the process works and in wall time while the process waits [s].
-        where: Function that returns the source line that the program is executing; empty outside the program's code.
+        where: Function that returns the source line that the program is executing, or an empty text if the process is
+            not executing program code.
         complaints: Stream for the report.
     """
 
@@ -85,12 +96,16 @@ class HangWatch:
         threading.Thread(target=self._watch, daemon=True, name="simcore's watch").start()
 
     def arm(self, awaited: str) -> None:
-        """Start the time limit for an event; the report names `awaited` as missing."""
+        """Start the time limit for an event.
+
+        Args:
+            awaited: Start of the report, for example "no robot loop has finished".
+        """
         self._taken = 0.0
         self._awaited = awaited
 
     def disarm(self) -> None:
-        """Stop the time limit after the event."""
+        """Stop the time limit, because the event has occurred."""
         self._awaited = ""
 
     def sentence(self) -> str:
@@ -119,7 +134,10 @@ class HangWatch:
         os._exit(1)
 
     def _count(self, wall: float, work: float) -> None:
-        """Add the time between two checks [s]; if a check is late, the process was waiting for a processor."""
+        """Add the time between two checks to the time taken: CPU time [s] while the process works, else wall time [s].
+
+        The wall time counts at most 0.25 s, because a late check means that the process waited for a processor.
+        """
         self._taken += min(work, wall) if work > _WORKS * wall else min(wall, _LOOK)
 
     def _is_over(self) -> bool:

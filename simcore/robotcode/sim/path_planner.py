@@ -1,7 +1,7 @@
-"""PathPlanner's pathfinder in simulated time: a plan is complete before the program continues.
+"""PathPlanner's pathfinder in simulated time: the program waits until each plan is complete.
 
-The pathfinder plans on its own thread, and the planning time depends on the computer. Without waiting, the robot would
-start to move in a different loop in each run.
+The pathfinder plans on a separate thread, and the planning time depends on the computer. Without waiting, the robot
+would start to move in a different loop in each run.
 """
 
 from __future__ import annotations
@@ -22,7 +22,10 @@ _REST = 2e-4  # time between two polls of the planner for requests [s]
 
 
 class _PlannerTime(types.ModuleType):
-    """Replacement for module `time` in the planner's thread, which sleeps while there is no request."""
+    """Replacement for the module `time` in PathPlanner's pathfinder that detects when the pathfinder is idle.
+
+    The pathfinder's thread calls `sleep` only while the thread has no request.
+    """
 
     def __init__(self) -> None:
         super().__init__("time")
@@ -33,21 +36,24 @@ class _PlannerTime(types.ModuleType):
         return getattr(time, name)
 
     def sleep(self, seconds: float) -> None:
-        """Record that the planner has no request, and sleep."""
+        """Record that the pathfinder has no request, and sleep: 0.2 ms if a test steps the clock, else `seconds`."""
         with self._changed:
             self._rests += 1
             self._changed.notify_all()
         time.sleep(_REST if season.hal_simulation.is_timing_paused() else seconds)
 
     def wait(self) -> None:
-        """Wait, at most 5 s, for two polls without a request, because the first may have begun before the call."""
+        """Wait until the pathfinder has polled twice without a request, at most 5 s of wall time.
+
+        One poll is not enough, because the first poll may have begun before the call.
+        """
         with self._changed:
             first = self._rests
             self._changed.wait_for(lambda: self._rests >= first + 2, _PATIENCE)
 
 
 def wait_for_plans(pathfinders: Any) -> None:
-    """Make requests to the module `pathplannerlib.pathfinders` wait for their plans while time is stepped."""
+    """Make each request to the module `pathplannerlib.pathfinders` wait for the complete plan while time is stepped."""
     pathfinders.time = clock = _PlannerTime()
     planner = pathfinders.LocalADStar
     for name in ("setStartPosition", "setGoalPosition", "setDynamicObstacles"):

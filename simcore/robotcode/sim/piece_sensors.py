@@ -1,7 +1,8 @@
-"""Sensors of game pieces in the robot: beam breaks and CANranges.
+"""Sensors for game pieces in the robot: beam breaks and CANranges.
 
-The motion of pieces inside a robot is not simulated; the storage keeps only the pieces and their order. A sensor
-therefore reads the number of stored pieces, or whether a piece has just entered or left.
+Simcore does not simulate the motion of pieces inside a robot. The storage contains only the pieces and the order of the
+pieces. A sensor therefore detects the number of stored pieces, a piece in a claw, or a piece that has just entered or
+left the robot.
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ __all__ = ["PieceSensor"]
 
 
 class PieceSensor:
-    """Beam break or CANrange on the path of game pieces.
+    """Beam break or CANrange that detects game pieces in the storage, in a claw, at an intake or at a shooter.
 
     Args:
-        view: Location of the sensor on the path of pieces, and kinds of pieces that the sensor detects.
+        view: Location of the sensor, kinds of pieces that the sensor detects, and delays.
         robot: Robot in the match.
-        kind_of: Function that returns the name of a piece's kind from the piece's slot.
+        kind_of: Function that returns the kind name of the piece in a slot.
     """
 
     def __init__(self, view: PieceView, robot: Robot, kind_of: Callable[[int], str]) -> None:
@@ -34,7 +35,10 @@ class PieceSensor:
         self._seen_until = 0.0
 
     def look(self) -> bool:
-        """Return whether the sensor detects a piece, or enough pieces in storage; call this method once per tick."""
+        """Advance the sensor by one tick; return whether the sensor detects a piece, or enough pieces in the storage.
+
+        Call this method once per tick.
+        """
         self._time += TICK
         view = self._view
         if view.place == "storage":

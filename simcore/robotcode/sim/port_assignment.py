@@ -1,8 +1,8 @@
-"""Connections under `--simcore` other than motors on CAN: roboRIO ports, pneumatics, sensors and lights.
+"""Connection of a robot program's ports, pneumatics, sensors and lights to the simulated robot.
 
-Tables with one row per kind of wiring (`_OUTPUTS`, `_INPUTS`) connect the mechanisms and sensors of `simcore.toml` to
-ports. Telemetry records the lights of every program. The remaining ports are listed as unconnected. Ports are found by
-channel in the HAL's simulation data, regardless of where robot code keeps its objects.
+The tables `_OUTPUTS` and `_INPUTS` contain one function for each kind of wiring between `simcore.toml` and a port.
+Telemetry records the lights of every program. `PortAssignment.idle` lists the unconnected ports. The module finds ports
+by channel in the HAL's simulation data, so the location of robot code's objects does not matter.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ __all__ = ["PortAssignment"]
 _STRIP_EVERY = 5  # number of ticks between two readings of an LED strip
 
 Ask: TypeAlias = Callable[[float, bool], None]
-"""Function that drives a mechanism, from the supply voltage [V] and whether outputs are enabled."""
+"""Function that drives a mechanism. The arguments are the supply voltage [V] and whether outputs are enabled."""
 Show: TypeAlias = Callable[[float, float], object]
-"""Function that writes a sensor from position and velocity of a mechanism [rad, rad/s] or piston [m, m/s]."""
+"""Function that writes a sensor for a mechanism's position and velocity [rad, rad/s]; [m, m/s] for a piston."""
 Switch: TypeAlias = Callable[[bool], object]
-"""Function that writes a sensor from whether the switch is pressed or the beam is broken."""
+"""Function that writes a sensor. The argument is whether the switch is pressed or the sensor detects a piece."""
 
 
 class _PortDevices:
-    """Outputs and sensors of one mechanism on ports, as `MotorDevices`."""
+    """`MotorDevices` that connect one mechanism to outputs and sensors on ports."""
 
     def __init__(self, mechanism: Any, ask: Ask | None = None, show: Show | None = None) -> None:
         self._mechanism = mechanism
@@ -73,7 +73,10 @@ class _PortDevices:
 
 
 def _servo(m: MechanismSettings, servo: ServoSim) -> Ask:
-    """Return a function that moves a servo to the goal of the PWM pulse, or lets the servo coast without a pulse."""
+    """Return a function that moves a servo to the angle of the PWM pulse.
+
+    The servo coasts without a pulse, while the robot is disabled, or while outputs are off.
+    """
     pwm = PWMSim(m.leader.number)
     low, high = servo.stops[::-1] if m.reversed else servo.stops
 
@@ -87,7 +90,10 @@ def _servo(m: MechanismSettings, servo: ServoSim) -> Ask:
 
 
 def _valve(m: MechanismSettings, piston: PistonSim) -> Ask:
-    """Return a function that switches a cylinder's valve by one or two coils, all off while disabled."""
+    """Return a function that switches a cylinder's valve with one or two coils.
+
+    All coils are off while the robot is disabled or outputs are off.
+    """
     module, channels, out = pneumatics_module(m.module), m.channels, -12.0 if m.reversed else 12.0
 
     def ask(supply: float, powered: bool) -> None:
@@ -106,7 +112,7 @@ def _pwm_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
 
 
 def _relay_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
-    """Return a function that drives motors by Spike relays: full battery voltage in either direction, or off."""
+    """Return a function that drives motors through Spike relays: full battery voltage in either direction, or off."""
 
     def share_of(relay: Any) -> Callable[[], float]:
         return lambda: float(relay.getForward()) - float(relay.getReverse())
@@ -115,9 +121,10 @@ def _relay_motors(m: MechanismSettings, mechanism: ShaftSim) -> Ask:
 
 
 def _motors(m: MechanismSettings, mechanism: ShaftSim, ports: Sequence[MotorPort]) -> Ask:
-    """Return a function that drives a mechanism by controllers with one motor each.
+    """Return a function that drives a mechanism through controllers with one motor each.
 
-    Motors on one shaft have the same speed, so the total current equals the current of all motors at the mean voltage.
+    Motors on one shaft have the same speed. The total current therefore equals the current of all motors at the mean
+    voltage. The mechanism coasts if outputs are off or all controllers are in coast at zero volts.
     """
     signs = [-1.0 if (device in m.opposed) != m.reversed else 1.0 for device in m.devices]
 
@@ -139,14 +146,14 @@ _OUTPUTS: dict[str, Callable[[MechanismSettings, Any], Ask]] = {
     "Servo": _servo,
     "Solenoid": _valve,
 }
-"""Builder of the `Ask` function that drives a mechanism, by controller name in `PORT_CONTROLLERS`."""
+"""Functions that build the `Ask` function of a mechanism, by controller name in `PORT_CONTROLLERS`."""
 
 
 def _connect_mechanism(m: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
-    """Connect the devices of a mechanism in the file that uses ports.
+    """Connect a mechanism from `simcore.toml` to its ports and CANcoder, and return the connected devices.
 
     Raises:
-        ConfigError: The program has not built one of the devices.
+        ConfigError: The program has not built one of the ports or the CANcoder.
     """
     where, mechanism = f"simcore.toml [[mechanism]] {m.name!r}", robot.mechanisms[m.name]
     _require_ports(where, m.keys)
@@ -174,7 +181,7 @@ def _require_ports(where: str, keys: Sequence[DeviceKey]) -> None:
 
 
 def _potentiometer(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
-    """Return a function that writes a potentiometer's voltage, linear between the stops."""
+    """Return a function that writes a potentiometer's voltage, a linear function of the position between the stops."""
     _require_ports(where, sensor.keys)
     sim, (low, high), (first, last) = AnalogInputSim(_channel(sensor)), mechanism.stops, sensor.volts
     return lambda position, velocity: sim.set_voltage(first + (position - low) * ((last - first) / (high - low)))
@@ -196,7 +203,7 @@ def _encoder(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
 
 
 def _slide_range(where: str, sensor: SensorSettings, mechanism: ShaftSim) -> Show:
-    """Return a function that writes a CANrange's distance to a mechanism that slides away from the sensor."""
+    """Return a function that writes the distance from a CANrange to a mechanism that slides away from the sensor."""
     device, m = _canrange(where, sensor), mechanism
 
     def show(position: float, velocity: float) -> None:
@@ -213,7 +220,7 @@ _INPUTS: dict[str, Callable[[str, SensorSettings, ShaftSim], Show]] = {
     "potentiometer": _potentiometer,
     "canrange": _slide_range,
 }
-"""Builder of the `Show` function of a sensor, by kind; limit switches and piece sensors are in `PortAssignment`."""
+"""Functions that build the `Show` function of a mechanism sensor other than a limit switch, by sensor kind."""
 
 
 def _channel(sensor: SensorSettings) -> int:
@@ -227,7 +234,10 @@ def _canrange(where: str, sensor: SensorSettings) -> CANrangeSim:
 
 
 def _switch(where: str, sensor: SensorSettings) -> Switch:
-    """Return a function that writes a switch or beam break on a CANdi or DIO; an open DIO contact reads True."""
+    """Return a function that writes the state of a switch or beam break on a CANdi or DIO.
+
+    An open contact on a DIO reads True.
+    """
     if sensor.keys[0][0] == "CANdi":
         from simcore.robotcode.makers.phoenix6.sensor_ports import CANdiSwitchSim
 
@@ -240,22 +250,22 @@ def _switch(where: str, sensor: SensorSettings) -> Switch:
 
 
 def _range(where: str, sensor: SensorSettings) -> Switch:
-    """Return a function that writes a CANrange's distance with and without a piece."""
+    """Return a function that writes the distance of a CANrange with or without a piece in front."""
     canrange = _canrange(where, sensor)
     return lambda is_seen: canrange.write(sensor.distance if is_seen else sensor.empty)
 
 
 class PortAssignment:
-    """Mechanisms and sensors of `simcore.toml` on ports, and the lights of the program, for one robot.
+    """Connections between one robot and the ports, sensors and lights of the robot program.
 
     Args:
         match: Match that contains the robot.
         robot: Robot in the match.
         settings: Settings from `simcore.toml`.
-        ownership: Record of device owners.
+        ownership: Record of the mechanism that owns each device.
 
     Raises:
-        ConfigError: The program has not built one of the devices, or the robot lacks one of the parts.
+        ConfigError: The program has not built a device in `simcore.toml`, or the robot lacks a part in `simcore.toml`.
     """
 
     def __init__(self, match: Match, robot: Robot, settings: RobotSettings, ownership: Ownership) -> None:
@@ -263,45 +273,48 @@ class PortAssignment:
         self._robot = robot
         self._settings = settings
         self.of_drivetrain: Sequence[Any] = ()
-        """Objects of robot code on ports used by the drivetrain."""
+        """Robot code's objects on the ports that the drivetrain uses."""
         self._ticks = 0
         self._light_changes: dict[str, int] = {}
         strips = [port.channels[0] for port in built_ports() if port.made_by == "AddressableLED"]
         self._strips = {f"AddressableLED{n}": season.led_sim(n) for n in strips}
         self._readers: dict[str, Callable[[], bool]] = {}
-        """Functions that return whether a sensor is pressed or detects a piece after a tick, by sensor name."""
+        """Functions that return whether a sensor is pressed or detects a piece now, by sensor name."""
         on_ports = (m for m in settings.mechanisms if m.controller in PORT_CONTROLLERS)
         self.devices: list[MotorDevices] = [_connect_mechanism(m, robot, ownership) for m in on_ports]
-        """Outputs of mechanisms, followed by sensors of mechanism motion."""
+        """Connections of mechanisms to outputs, and then connections of mechanisms to sensors."""
         for sensor in settings.sensors:
             self._connect(f"simcore.toml [[sensor]] {sensor.name!r}", sensor)
         self._look_at_sensors()
 
     @property
     def keys(self) -> set[DeviceKey]:
-        """Keys of the CAN devices simulated by this object."""
+        """Keys of the devices that this object simulates: CANdis and CANranges in `simcore.toml`, and CANdles."""
         sensors = [s.keys[0] for s in self._settings.sensors if s.keys[0][0] in ("CANdi", "CANrange")]
         return {device.key for device in (*(find_device("", *key) for key in sensors), *_candles())}
 
     def after_tick(self) -> None:
-        """Update the sensors for this tick; write sensors and lights to telemetry."""
+        """Update the piece sensors, and copy sensor states and light colors to the robot for telemetry."""
         self._look_at_sensors()
         self._look_at_lights()
         self._ticks += 1
 
     @property
     def sensors(self) -> list[tuple[str, str]]:
-        """Port and kind of each sensor in the file, as text."""
+        """Texts (port, meaning) that describe each sensor in `simcore.toml`."""
         return [(_port_text(sensor), _meaning(sensor)) for sensor in self._settings.sensors]
 
     @property
     def lights(self) -> list[str]:
-        """CANdles and LED strips of the program, as text."""
+        """Texts that describe the CANdles and LED strips in the robot program."""
         return [*map(str, _candles())] + [str(port) for port in built_ports() if port.made_by == "AddressableLED"]
 
     @property
     def idle(self) -> list[str]:
-        """Unconnected ports, as text; their outputs have no effect and their inputs read the idle value."""
+        """Texts that describe the unconnected ports, grouped by class.
+
+        An unconnected output has no effect, and an unconnected input keeps the idle value.
+        """
         taken = {key for sensor in self._settings.sensors for key in sensor.keys}
         taken |= {key for m in self._settings.mechanisms for key in m.keys}
         ports = [p for p in built_ports() if p.made_by != "AddressableLED" and taken.isdisjoint(p.keys)]
@@ -334,7 +347,7 @@ class PortAssignment:
         self._readers[sensor.name] = look
 
     def _limit(self, where: str, sensor: SensorSettings) -> Show:
-        """Return a function that writes a limit switch, pressed over part of a mechanism's travel."""
+        """Return a function that writes a limit switch. The switch is pressed in a range of mechanism positions."""
         switch, (low, high), is_pressed = _switch(where, sensor), sensor.pressed, [False]
 
         def show(position: float, velocity: float) -> None:
@@ -372,7 +385,7 @@ def _candles() -> list[BuiltDevice]:
 
 
 def _strip_colors(strip: Any) -> IntArray:
-    """Return the colors of an LED strip as 0xRRGGBB, shape (n,); black until robot code has started the strip."""
+    """Return the color of each LED of a strip as 0xRRGGBB, shape (n,); black until robot code starts the strip."""
     if not season.is_led_running(strip):
         return np.zeros(int(strip.get_length()), dtype=np.int64)
     return np.array([led.r << 16 | led.g << 8 | led.b for led in strip.get_data()], dtype=np.int64)
@@ -393,7 +406,7 @@ def _meaning(sensor: SensorSettings) -> str:
 
 
 def _by_class(ports: Sequence[BuiltPort]) -> list[str]:
-    """Return one text per class of ports, for example `PWM 3 5 (VictorSP)`."""
+    """Return one text for each kind of port and WPILib class, for example `PWM 3 5 (VictorSP)`."""
     groups: dict[tuple[str, str], list[int]] = {}
     for port in ports:
         groups.setdefault((port.model, port.made_by), []).extend(port.channels)

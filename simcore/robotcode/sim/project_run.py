@@ -26,7 +26,7 @@ __all__ = ["ProjectRun", "play_auto", "play_project", "test_auto"]
 
 
 class ProjectRun:
-    """Pytest plugin for one run.
+    """Pytest plugin that plays one run of a sweep and stores the result.
 
     Args:
         task: Description of the run (`simcore.sweep.one_run`).
@@ -36,21 +36,21 @@ class ProjectRun:
         self._task = task
         self._folder = Path(task["project"])
         self.answer: dict[str, Any] = {"error": "the robot test of the run has not begun"}
-        """Metrics and digest of the run, or an error message under the key `error`."""
+        """Metrics and digest of the run. After an error, only the error message under the key `error`."""
 
     @pytest.fixture
     def project_run(self) -> ProjectRun:
-        """Return this plugin, as a fixture."""
+        """Provide this plugin as a fixture for `test_auto`."""
         return self
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Record the error if the robot could not be built."""
+        """Store the last line of the error as the answer if the setup of the test fails."""
         if report.failed and report.when == "setup":
             lines = [line for line in report.longreprtext.splitlines() if line.strip()]
             self.answer = {"error": lines[-1].removeprefix("E").strip() if lines else "the robot could not be built"}
 
     def play(self, sim: RobotTest) -> None:
-        """Play the auto and record the metrics or the error."""
+        """Play the auto, and store the metrics and digest or the error message as the answer."""
         try:
             self.answer = play_auto(sim, self._task)
         except (Exception, pytest.fail.Exception) as error:  # pytest.fail reports errors in the project
@@ -58,7 +58,7 @@ class ProjectRun:
 
 
 def play_auto(sim: RobotTest, task: dict[str, Any]) -> dict[str, Any]:
-    """Play the auto of a task with the robot of a test; return the run's metrics and digest."""
+    """Play the auto of a task in a robot test, write the log if the task names one, and return metrics and digest."""
     sim.alliance(task["alliance"])
     if task["log"] is not None:
         sim.add_sink(WpilogSink(task["log"]))
@@ -71,12 +71,14 @@ def play_auto(sim: RobotTest, task: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_auto(sim: RobotTest, project_run: ProjectRun) -> None:
-    """Play the auto and measure the result; pytest collects this function as the test of the run."""
+    """Play the auto of the run. Pytest collects this function as the only test."""
     project_run.play(sim)
 
 
 def play_project(task: dict[str, Any]) -> dict[str, Any]:
-    """Play a run in this process, which cannot play another run; return the run's metrics and digest.
+    """Play a run in this process, and return the run's metrics and digest.
+
+    The process cannot play another run after this call.
 
     Args:
         task: Description of the run (`simcore.sweep.one_run`).

@@ -1,6 +1,7 @@
-"""Pytest plugin for robot tests in simulated time under `robotpy test`, which runs each test in its own process.
+"""Pytest plugin for robot tests in simulated time under `robotpy test`.
 
-Pytest loads this plugin even in projects without a robot, so heavy modules are imported only when a robot test runs.
+`robotpy test` runs each test in a separate process. Pytest also loads this plugin in projects without a robot. The
+plugin therefore imports large modules only when a robot test runs.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["INIT_TIMEOUT", "sim"]
 
 INIT_TIMEOUT = 120.0
-"""Longest time for a robot program to finish robotInit [s]."""
+"""Largest wall time that a robot program may take to finish robotInit [s]."""
 _PLAIN = (
     "a robot test needs its own process with the robot in it, which `python -m robotpy test` starts: run that in the "
     "folder of robot.py; options of pytest follow after --, as in `python -m robotpy test -- -k %s`"
@@ -41,7 +42,7 @@ _complaints: TextIO | None = None
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add simcore's command-line options and ini settings."""
+    """Add simcore's command-line options and ini settings for robot tests to pytest."""
     group = parser.getgroup("simcore", "robot tests")
     group.addoption(
         "--phoenix",
@@ -76,7 +77,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Keep the terminal's stderr for reports of a hanging program, and reject invalid options."""
+    """Prepare pytest for robot tests, and check the options.
+
+    The hook copies the terminal's stderr for reports about a hanging program, fixes the hash seed of all test
+    processes, and adapts RobotPy's plugins.
+
+    Raises:
+        UsageError: An option or SIMCORE_PHOENIX is invalid.
+    """
     global _complaints
     if _complaints is None:
         _complaints = os.fdopen(os.dup(2), "w")
@@ -102,8 +110,8 @@ def pytest_configure(config: pytest.Config) -> None:
 def _fit_into_pyfrc(config: pytest.Config) -> None:
     """Make `robotpy test` import the program through simcore and run exactly one test in each process.
 
-    For each test, pyfrc starts a process with the robot class, which the process imports, and with the test followed by
-    all arguments of the session. A path among these arguments would make the process run every test in a file.
+    For each test, pyfrc starts a process that imports the robot class. The arguments of the process are the test and
+    all arguments of the session. A path in these arguments would make the process run all tests in a file.
     """
     for plugin in config.pluginmanager.get_plugins():
         if type(plugin).__name__ == "IsolatedTestsPlugin":
@@ -113,7 +121,10 @@ def _fit_into_pyfrc(config: pytest.Config) -> None:
 
 
 class _RobotClass:
-    """Robot class that another process unpickles by importing and recording the program."""
+    """Picklable reference to a robot class.
+
+    A process that unpickles the reference imports the program, records the devices and obtains the class.
+    """
 
     def __init__(self, robot_class: Any, simulated: bool) -> None:
         self._names = robot_class.__module__, robot_class.__qualname__
@@ -126,7 +137,7 @@ class _RobotClass:
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """Record the errors of robots that could not start."""
+    """Store the error message of a robot that could not start. `pytest_unconfigure` prints the message."""
     _start_sentences.update({str(value): None for name, value in report.user_properties if name == _START})
 
 
@@ -135,7 +146,10 @@ _start_sentences: dict[str, None] = {}
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """Print the errors of robots that could not start, and close the stream that `pytest_configure` opened."""
+    """Print the error messages of robots that could not start, and close the copy of stderr.
+
+    If the tests share one process, the hook also makes the process exit before Python waits for robot threads.
+    """
     global _complaints
     reporter: Any = config.pluginmanager.get_plugin("terminalreporter")
     for sentence in _start_sentences if reporter is not None else ():
@@ -150,7 +164,7 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
-    """Record the exit status of the session."""
+    """Store the exit status of the session, with which `_end_at_once` ends the process."""
     global _status
     _status = int(exitstatus)
 
@@ -159,20 +173,20 @@ _status = 0
 
 
 def _end_at_once() -> None:
-    """Run exit handlers and exit, because Python would wait for robot threads or hang in device destructors."""
+    """Run the exit handlers and end the process, before Python waits for robot threads or hangs in a destructor."""
     atexit._run_exitfuncs()
     _end_process(_status)
 
 
 def _end_process(code: int) -> NoReturn:
-    """Exit immediately, because the interpreter's shutdown can hang on HAL threads."""
+    """End the process immediately with an exit code, because Python's shutdown can hang on HAL threads."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
-    """Make a project's modules importable by the project's tests, as `robotpy test` does."""
+    """Add the folder of robot.py to `sys.path`, so that tests can import the project's modules as in `robotpy test`."""
     for folder in (file_path.parent, file_path.parent.parent):
         if file_path.suffix == ".py" and (folder / "robot.py").is_file() and str(folder) not in sys.path:
             sys.path.insert(0, str(folder))
@@ -183,7 +197,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Fail a robot test under plain pytest with a message that names the right command."""
+    """Fail a test that uses `sim` under plain pytest, with a message that names the command to use."""
     info = getattr(item, "_fixtureinfo", None)
     ours = () if info is None else info.name2fixturedefs.get("sim", ())
     if ours and getattr(ours[-1].func, "__module__", "") == __name__ and _pyfrc(item.config) is None:
@@ -191,7 +205,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 def _pyfrc(config: pytest.Config) -> Any:
-    """Return RobotPy's plugin if this session is `robotpy test` or a run of a sweep, else None."""
+    """Return RobotPy's plugin in a session of `robotpy test` or a sweep; None in any other session."""
     plugins = config.pluginmanager.get_plugins()
     return next((p for p in plugins if type(p).__name__ in _PLUGINS), None)
 
@@ -205,7 +219,7 @@ def _mode(config: pytest.Config) -> str:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Generator[None, Any, Any]:
-    """Switch Phoenix 6 to simulated time and attach physics before pyfrc builds the robot."""
+    """Prepare simulated time, set seed and scatter, and attach physics before RobotPy's plugin builds the robot."""
     if fixturedef.argname == "robot":
         plugin = _pyfrc(request.config)
         if plugin is not None and _mode(request.config) == "simulated":
@@ -223,7 +237,7 @@ def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Gen
 
 @contextlib.contextmanager
 def _start_errors(folder: Path) -> Generator[None, None, None]:
-    """Convert simcore's errors about a project to test failures of one sentence without traceback."""
+    """Convert a simcore error in the context to a test failure with a one-sentence message and no traceback."""
     from simcore.errors import SimcoreError, start_sentence
 
     global _start_failure
@@ -235,7 +249,7 @@ def _start_errors(folder: Path) -> Generator[None, None, None]:
 
 
 _start_failure: BaseException | None = None
-"""Latest start failure in this process; None without a failure."""
+"""Test failure of the latest robot that could not start in this process; None if all robots have started."""
 
 
 def _make_repeatable(folder: Path) -> None:
@@ -247,7 +261,7 @@ def _make_repeatable(folder: Path) -> None:
 
 
 def _vary(config: pytest.Config) -> None:
-    """Set the seed and scatter for the next match."""
+    """Set the seed and scatter of the next match from the command line."""
     from simcore.match.scatter import Scatter
     from simcore.robotcode.sim.run_variation import run_variation, set_run_variation
 
@@ -257,9 +271,10 @@ def _vary(config: pytest.Config) -> None:
 
 
 def _attach(plugin: Any, *, wants_field: bool) -> None:
-    """Attach physics as `robotpy sim --simcore` does, if a test uses the field or the project describes its robot.
+    """Attach physics as `robotpy sim --simcore` does, if a test needs the field or the project describes the robot.
 
-    A team's own physics.py runs unchanged if no test uses the field.
+    The function also attaches physics if the project's physics.py uses simcore. Any other physics.py runs without
+    simcore if the test does not need the field and no file describes the robot.
 
     Args:
         plugin: RobotPy's plugin.
@@ -292,9 +307,9 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
 
 
 def _wait_longer(plugin: Any) -> None:
-    """Make RobotPy's plugin wait `INIT_TIMEOUT` for the program to start, because building a field takes 1 s.
+    """Make RobotPy's plugin wait up to `INIT_TIMEOUT` for the program to start, because building a field takes 1 s.
 
-    By default, pyfrc's plugin waits 2 s, and wpilib.testing's plugin polls a thousand times, 1 ms apart.
+    By default, pyfrc's plugin waits 2 s, and wpilib.testing's plugin polls 1000 times at intervals of 1 ms.
     """
     if hasattr(plugin, "_init_timeout"):
         plugin._init_timeout = max(plugin._init_timeout, INIT_TIMEOUT)
@@ -316,7 +331,7 @@ def _wait_longer(plugin: Any) -> None:
 
 @pytest.fixture
 def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[RobotTest, None, None]:
-    """Yield the project's robot on the simulated field (docs/testing.md)."""
+    """Provide the project's robot on the simulated field, and record the run (docs/testing.md)."""
     from simcore.robotcode.sim.robot_test import RobotTest
     from simcore.telemetry.recording import Recording
 
@@ -326,7 +341,7 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
     request.node.stash[_OUTPUT] = folder
     hook = _pyfrc(request.config)._physics
     with RobotTest(control, robot, hook, hang=hang, complaints=_complaints) as test:
-        # the snapshot period of NetworkTables in tests
+        # the period of NetworkTables snapshots in tests
         request.node.stash[_RECORDING] = recording = Recording(period=0.1, bulk_period=0.1)
         test.add_sink(recording)
         yield test
@@ -334,7 +349,7 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
 
 @pytest.hookimpl(wrapper=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, Any, Any]:
-    """Fail a test that enters a mode and ends without running it."""
+    """Fail a test that starts a robot mode and ends without any simulated time in this mode."""
     result = yield
     test = getattr(pyfuncitem, "funcargs", {}).get("sim")
     if test is not None and _RECORDING in pyfuncitem.stash:
@@ -352,14 +367,14 @@ _OUTPUT: pytest.StashKey[Path] = pytest.StashKey()
 
 
 def _output_folder(item: pytest.Item, robot_path: Path) -> Path:
-    """Return the folder for the log and page of a test that fails."""
+    """Return the folder for the log and page of a failed test, from `--sim-output` or next to robot.py."""
     named = item.config.getoption("sim_output")
     base = Path(named) if named else robot_path / "test_output"
     return base / "".join(c if c.isalnum() or c in "-_." else "_" for c in item.name)
 
 
 def _remove(folder: Path) -> None:
-    """Remove the output of an earlier run of a test."""
+    """Remove the output folder of an earlier run of a test, and the parent folder if no other output remains."""
     shutil.rmtree(folder, ignore_errors=True)
     with contextlib.suppress(OSError):  # the folder is missing or contains another test's output
         folder.parent.rmdir()
@@ -367,7 +382,11 @@ def _remove(folder: Path) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> Generator[None, Any, Any]:
-    """Write log and page of a failed test; skip a test if the computer was too slow for the real Phoenix 6."""
+    """Write the log and page of a failed test, and add warnings and the paths of these files to the report.
+
+    The hook also records start failures, shortens tracebacks, and marks a test as skipped if the computer was too slow
+    for CTRE's simulation.
+    """
     if call.excinfo is not None and call.excinfo.value is _start_failure:
         item.user_properties.append((_START, str(call.excinfo.value)))
     _end_at_callers_line(item.config, call.excinfo)
@@ -398,7 +417,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
 
 
 def _missing_parts(test: RobotTest) -> list[str]:
-    """Return a hint if the robot description has neither a shooter nor a claw."""
+    """Return a hint if the robot has neither a shooter nor a claw in a game with pieces; empty in other cases."""
     robot = test.robot_sim
     if robot.config.shooters or robot.config.placers or not test.match.game.pieces:
         return []
@@ -409,10 +428,10 @@ def _missing_parts(test: RobotTest) -> list[str]:
 
 
 def _end_at_callers_line(config: pytest.Config, excinfo: pytest.ExceptionInfo[BaseException] | None) -> None:
-    """Reduce a traceback to lines of the test, game and robot, unless `--full-trace` is given.
+    """Remove the frames of simcore and installed packages from a traceback, unless `--full-trace` is given.
 
     The traceback of a simcore error ends at the line that called simcore. Any other traceback keeps all frames after
-    the last line of the test, game or robot.
+    the last frame of the test, game or robot.
     """
     from simcore.errors import SimcoreError
 

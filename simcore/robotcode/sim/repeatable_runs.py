@@ -1,8 +1,9 @@
-"""Repeatability of robot tests outside physics: random seeds, one clock, and the order of notifiers.
+"""Repeatable robot tests outside physics: random seeds, one clock, and a fixed order of notifiers.
 
 Each `wpilib.Notifier` is a thread. If several notifiers, or a notifier and the robot's loop, are due at the same time,
-the operating system decides the order. Therefore, the n-th notifier runs n microseconds late: time stepping lets one
-alarm finish before the next, so notifiers run after the robot's loop in the order in which they were started.
+the operating system decides the order. This module therefore delays the n-th notifier by n microseconds. Time stepping
+finishes one alarm before the next alarm. Notifiers therefore run after the robot's loop, in the order of the
+notifiers' first starts.
 """
 
 from __future__ import annotations
@@ -34,7 +35,10 @@ _SEED = 1
 
 
 def seed_generators() -> None:
-    """Seed `random` and `numpy.random`, but not generators that a program creates without a seed."""
+    """Seed the global generators of `random` and `numpy.random`.
+
+    The function does not seed generators that a program creates.
+    """
     random.seed(_SEED)
     np.random.seed(_SEED)  # noqa: NPY002  (robot code may use it)
 
@@ -59,7 +63,7 @@ _REAL = {getattr(time, name): clock for name, clock in _CLOCKS.items()}
 
 
 class _RobotTime(types.ModuleType):
-    """Replacement for module `time` whose clocks return the robot's time."""
+    """Replacement for the module `time`, with clocks that return the robot's time."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(time, name)
@@ -71,9 +75,9 @@ for _name, _clock in _CLOCKS.items():
 
 
 def use_robot_clock(folder: Path) -> None:
-    """Replace the clocks of `time` with the FPGA clock in the loaded modules of a project.
+    """Replace the clocks of `time` with the FPGA clock in the loaded modules of a project, except the tests.
 
-    A test steps only the FPGA clock. Modules outside the project keep the computer's clock.
+    A test steps only the FPGA clock. The project's tests and modules outside the project keep the computer's clock.
 
     Args:
         folder: Folder of the project.
@@ -105,10 +109,10 @@ _start_thread = threading.Thread.start
 
 
 def note_threads() -> None:
-    """Start recording the program's threads, including threads that are already running.
+    """Start recording the names of the program's threads, including threads that are already running.
 
-    Simulated time does not control these threads. Threads of libraries are not recorded, for example threads of
-    notifiers and the thread of PathPlanner, for which simcore waits.
+    Simulated time does not control these threads. The record excludes library threads, for example notifier threads and
+    PathPlanner's thread. Simcore waits for PathPlanner's thread.
     """
     known = {threading.main_thread(), threading.current_thread()}
     _started[:] = []
@@ -119,7 +123,7 @@ def note_threads() -> None:
 
 
 def started_threads() -> list[str]:
-    """Return the names of the threads recorded since the last call, including threads that have ended."""
+    """Return the sorted names of the threads recorded since the last call, including threads that have ended."""
     names, _started[:] = sorted(set(_started)), []
     return names
 
@@ -156,7 +160,7 @@ _build, _start_single, _stop, _set_callback = (
 
 
 class _Schedule:
-    """Schedule of one notifier's alarms."""
+    """Schedule of one notifier's alarms, delayed by the notifier's number in microseconds."""
 
     def __init__(self, notifier: Any, callback: Callable[[], object]) -> None:
         self.callback = callback
@@ -166,7 +170,7 @@ class _Schedule:
         self._next = 0.0
 
     def start(self, delay: float, period: float | None) -> None:
-        """Set the delay of the first alarm [s] and the period of later alarms [s]; None for a single alarm."""
+        """Start the alarms with a first delay [s] and the period of later alarms [s]; None for a single alarm."""
         if self._late is None:
             self._late = (next(_numbers) % _MOST) * _APART
         self.period = period
@@ -174,7 +178,7 @@ class _Schedule:
         self._arm()
 
     def run(self) -> None:
-        """Set the next alarm, then run the callback, which may cancel the alarm."""
+        """Set the next alarm of a periodic notifier, and then run the callback, which may cancel this alarm."""
         if self.period is not None:
             self._next += self.period
             self._arm()
@@ -188,7 +192,7 @@ class _Schedule:
 
 _schedules: WeakKeyDictionary[Any, _Schedule] = WeakKeyDictionary()
 _periodic: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
-"""Shortest period of `addPeriodic` calls, by robot [s]."""
+"""Shortest period that a robot has passed to `addPeriodic`, by robot [s]."""
 
 
 def _note_periodic(robot: Any, _: object, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
@@ -198,7 +202,7 @@ def _note_periodic(robot: Any, _: object, args: tuple[Any, ...], settings: dict[
 
 
 def fastest_period() -> float:
-    """Return the shortest period of all running notifiers and `addPeriodic` calls [s]; infinity if there are none."""
+    """Return the shortest period of all running notifiers and `addPeriodic` calls [s]; infinity without a period."""
     notifiers = [schedule.period for schedule in list(_schedules.values()) if schedule.period is not None]
     return min([*notifiers, *_periodic.values()], default=math.inf)
 
@@ -207,7 +211,10 @@ _numbers = itertools.count(1)
 
 
 def order_notifiers() -> None:
-    """Make new notifiers run in the order in which they were started."""
+    """Make new notifiers that are due at the same time run in the order of the notifiers' first starts.
+
+    A further call restarts the numbering of notifiers for the next robot.
+    """
     global _numbers
     _numbers = itertools.count(1)
     if Notifier.__init__ is not _build:

@@ -1,4 +1,4 @@
-"""Cameras that a robot program uses, fed from the robot's true pose."""
+"""Simulation of the cameras that a robot program uses, based on the robot's true pose."""
 
 from __future__ import annotations
 
@@ -40,18 +40,18 @@ __all__ = ["RobotCameras", "surveyed_cameras"]
 _log = logging.getLogger(__name__)
 
 _LIMELIGHT = re.compile(r"limelight(-[\w-]+)?")
-"""Pattern of Limelight names; names of other tables may also start with `limelight`."""
+"""Pattern of Limelight table names. Other tables may also have names that start with `limelight`."""
 
 
 class RobotCameras:
-    """Cameras of one robot program.
+    """Simulated cameras for one robot program.
 
-    The match already contains the Limelights and PhotonVision cameras of `simcore.toml`. This class adds the other
+    The match already contains the Limelights and PhotonVision cameras from `simcore.toml`. This class adds the other
     cameras that the program builds: each `PhotonCamera` with a known mount, and a QuestNav headset.
 
     Args:
         match: Match that contains the robot.
-        number: Index of the robot.
+        number: Index of the robot in the match.
         cameras: Cameras described in `simcore.toml`.
         headset: Headset described in `simcore.toml`; None if the file describes no headset.
         clock: Clock that converts simulated time to NetworkTables time.
@@ -116,17 +116,20 @@ class RobotCameras:
 
     @property
     def running(self) -> list[str]:
-        """Names of the running cameras, including `QuestNav` for a headset."""
+        """Names of the cameras in `simcore.toml` and of the program's cameras with a known mount.
+
+        The list includes `QuestNav` if the match contains a headset.
+        """
         placed = [name for name, camera in self._photon.items() if not camera.is_off]
         return [*self._described, *placed, *(["QuestNav"] if self._match.cameras.headsets else [])]
 
     @property
     def blind(self) -> list[str]:
-        """Names of cameras used by the program without a known mount."""
+        """Names of the cameras that the program uses and whose mount is unknown."""
         return [*(name for name, camera in self._photon.items() if camera.is_off), *sorted(self._unplaced)]
 
     def after_tick(self) -> None:
-        """Add cameras and a headset that the program has started to use, and update mounts that it has changed."""
+        """Add cameras and a headset that the program has started to use, and apply changes of camera mounts."""
         transforms = [seen.robot_to_camera for seen in self._program.estimators]
         if self._program.version != self._seen or any(map(operator.is_not, transforms, self._transforms)):
             self._seen, self._transforms = self._program.version, transforms
@@ -253,13 +256,13 @@ class RobotCameras:
 
 
 def surveyed_cameras(folder: Path) -> list[dict[str, Any]]:
-    """Return the maker, name, mount and source of each camera that the loaded program uses.
+    """Return the maker and, if known, the name, mount and mount source of each camera that the loaded program uses.
 
-    `watch_program` must run before the program is loaded. Limelights are found by table name; a table that the program
-    uses only in its loops is missing.
+    Call `watch_program` before loading the program. The function finds Limelights by table name, and does not find a
+    table that the program uses only in loops.
 
     Args:
-        folder: Folder of the project, whose modules are searched for table names.
+        folder: Folder of the project. The function searches the project's modules for table names.
     """
     program, watch = photon_program(), table_watch()
     watch.search(folder)
@@ -288,7 +291,7 @@ def _place(mount: CameraMount) -> str:
 
 
 def _what_to_write(maker: str, name: str) -> str:
-    """Return a `[[camera]]` table to copy into the robot description file."""
+    """Return a `[[camera]]` table with example values, to copy into the robot description file."""
     lines = ["[[camera]]"]
     if maker != "limelight":
         lines.append(f'maker = "{maker}"')

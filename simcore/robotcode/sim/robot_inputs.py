@@ -1,4 +1,4 @@
-"""Field information for a robot program: modes, match time, game data and a map."""
+"""Exchange of driver station data between a match and robot code, and a field map for the simulation GUI."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ _log = logging.getLogger(__name__)
 
 
 class DriverStationLink:
-    """Link between a match and the driver station, in the role of the field management system (FMS).
+    """Link between a match and WPILib's driver station, in place of the field management system (FMS).
 
-    The match receives the enabled mode and the alliance. Robot code receives match time and game data, unless an
-    attached FMS sends them.
+    The match receives the enabled mode and the alliance. Robot code receives the match time and game data, unless an
+    FMS is attached.
 
-    If autonomous starts after the robot has already been enabled, the link resets the field for a new match, unless the
-    field has already been reset or an FMS is attached.
+    The link resets the field for a new match when autonomous starts, if the robot has been enabled since the last field
+    reset and no FMS is attached.
 
     Args:
         match: Match whose clock follows the driver station.
-        number: Index of the driver station's robot.
-        placed: Function to call after a change of alliance, which moves the robot to the start of the new alliance.
+        number: Index of the driver station's robot in the match.
+        placed: Function to call after the robot has moved to the start of a new alliance.
     """
 
     def __init__(self, match: Match, number: int, *, placed: Callable[[], object] = lambda: None) -> None:
@@ -52,7 +52,10 @@ class DriverStationLink:
         match.timer.follow_driver_station()
 
     def update(self) -> None:
-        """Exchange data between match and driver station at the end of a tick."""
+        """Copy mode and alliance to the match, and match time and game data to robot code, at the end of a tick.
+
+        With an FMS attached, the method does not write match time and game data.
+        """
         self._follow_alliance()
         is_enabled = RobotState.is_enabled()
         self._match.timer.set_enabled(is_enabled)
@@ -72,13 +75,13 @@ class DriverStationLink:
             self._send(self._match.rules.game_data())
 
     def _begin_match(self) -> None:
-        """Reset the field if the robot has been enabled since the last reset and no FMS is attached."""
+        """Reset the field if the robot has been enabled since the last field reset and no FMS is attached."""
         if self._played_after == self._match.field_resets and not RobotState.is_fms_attached():
             self._match.reset_field()
             _log.info("autonomous begins again: pieces and preloads are back where they are at the start of a match")
 
     def _follow_alliance(self) -> None:
-        """Move the robot to the start of the chosen alliance before the first enable."""
+        """Apply a change of alliance before the first enable. The change moves the robot to the alliance's start."""
         if self._was_enabled:
             return
         self._was_enabled = RobotState.is_enabled()  # the first packet with the alliance may also enable the robot
@@ -89,7 +92,7 @@ class DriverStationLink:
             self._placed()
 
     def _show_time(self) -> None:
-        """Write the remaining time of the present mode [s], in whole seconds as on a real field; -1 while disabled."""
+        """Send robot code the remaining time of the mode in whole seconds, as on a real field; -1 while disabled."""
         left = -1.0
         if self._mode != "disabled":
             timer = self._match.timer
@@ -102,7 +105,7 @@ class DriverStationLink:
             DriverStationSim.notify_new_data()  # otherwise robot code continues to read the old time
 
     def _send(self, message: str) -> None:
-        """Send the field's game data to robot code, unless a user has entered game data in the driver station."""
+        """Send new game data to robot code, unless a user or test has set other game data in the driver station."""
         if message == self._message:
             return
         if MatchState.get_game_data() == self._message:
@@ -114,7 +117,7 @@ class DriverStationLink:
 class FieldView:
     """Field map in the simulation GUI, with the robot's true pose and all game pieces.
 
-    By default, pieces are drawn five times per second, which is enough for a dashboard.
+    By default, the map updates the pieces five times per second, which is enough for a dashboard.
 
     Args:
         field: `Field2d` to draw on.
@@ -128,7 +131,12 @@ class FieldView:
         self._level = Rotation2d()
 
     def update(self, pose: tuple[float, float, float], pieces: Mapping[str, FloatArray]) -> None:
-        """Draw the true pose [m, m, rad] and, every `every` ticks, the piece positions [m], shape (n, 3) by kind."""
+        """Draw the robot's true pose each tick, and the pieces every `every` ticks.
+
+        Args:
+            pose: True pose of the robot, field frame [m, m, rad].
+            pieces: Positions of the pieces, field frame [m], shape (n, 3), by name of the kind.
+        """
         x, y, yaw = pose
         self._field.set_robot_pose(Pose2d(x, y, Rotation2d(yaw)))
         if self._ticks % self._every == 0:

@@ -1,4 +1,4 @@
-"""Physics of a robot program: link between `robotpy sim` or `robotpy test` and a match."""
+"""Physics that advances a match in the robot loops of `robotpy sim` and `robotpy test`."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ __all__ = ["LatenessReport", "PhysicsTimes", "RobotPhysics", "field_control", "l
 
 _log = logging.getLogger(__name__)
 
-_MOST_OWED = 0.1  # longest delay that is made up; the rest of a longer delay is skipped [s]
+_MOST_OWED = 0.1  # longest delay that physics catches up; physics skips the rest of a longer delay [s]
 # When several parts run in a row after a stall, each part waits for the devices, which run at 1 kHz on the wall clock,
 # to respond to the last part. Voltages from before the stall would make steer motors oscillate.
 _ANSWER = 0.0015  # time to wait for the devices [s]
@@ -60,45 +60,46 @@ _AT_START = 2.0  # default time before the first report, because every computer 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PhysicsTimes:
-    """Computing time and lateness of the physics."""
+    """Statistics of the physics' computing time and lateness."""
 
     ticks: int
     median_ms: float
-    """Median computing time per 20 ms tick, in wall time [ms]."""
+    """Median wall time that physics takes to compute a 20 ms tick [ms]."""
     p99_ms: float
     max_ms: float
     late_parts: int
-    """Number of parts that were at least one part late and therefore ran immediately after the previous part."""
+    """Number of parts that physics ran immediately after the previous part to catch up."""
     skipped: float
-    """Time skipped because the robot program stalled too long [s]."""
+    """Simulated time that physics skipped because the robot program was blocked too long [s]."""
     late_loops: int
-    """Number of robot loops that started more than half a period late, for any reason."""
+    """Number of robot loops that started more than half a period late."""
     lateness_ms: float
-    """Lateness of parts in a test on the wall clock, 99th percentile [ms], which equals the age of rotor readings."""
+    """99th percentile of the lateness of parts, equal to the age of rotor readings, in a wall-clock test [ms]."""
 
 
 class RobotPhysics:
-    """Match driven by a robot program; base class of the `PhysicsEngine` in a team's physics.py.
+    """Base class of the `PhysicsEngine` in a team's physics.py.
 
-    All work runs on the robot's thread in parts of a tick: read voltages from the devices, advance the match, write
-    sensors. A TimedRobot of any period runs the parts through `addPeriodic`. A robot with its own loop, such as a
-    MagicRobot, runs all due parts once per loop, in `_simulationPeriodic`.
+    The class advances a match with the robot program. All work runs on the robot's thread, in parts of a tick. Each
+    part reads voltages from the devices, advances the match and writes the sensors. A TimedRobot of any period runs the
+    parts through `addPeriodic`. A robot with another loop, such as a MagicRobot, runs all due parts once per loop, in
+    `_simulationPeriodic`.
 
     Args:
-        physics_controller: Object whose `field` is the Field2d of the simulation window.
-        robot: Robot object.
+        physics_controller: Object whose attribute `field` is the Field2d of the simulation window.
+        robot: Robot object of the program.
         match: Match that contains the robot; closed when the program ends.
-        number: Index of the robot that this program drives.
+        number: Index of this program's robot in the match.
         drivetrain: Devices of the drivetrain, e.g. `SwerveDrivetrainSim`; None if the robot has no drivetrain.
         motors: Devices of the mechanisms, e.g. `TalonFXMotorSim`.
         parts: Number of parts per tick. None selects 4 parts of 5 ms on the wall clock. In simulated time, None selects
-            1 part for a robot with a 20 ms loop, read in the middle of the loop, and more parts if a Notifier, an
-            `addPeriodic` or the loop itself is faster, down to 1 ms per part.
+            1 part for a robot with a 20 ms loop, in the middle of the loop, and more parts of at least 1 ms if the
+            robot loop, a Notifier or an `addPeriodic` function is faster.
         pace_tests: Whether tests with CTRE's own simulation (`--phoenix=real`) run at wall-clock speed, so that Phoenix
-            6 loops behave as on a real robot; False runs as fast as possible. Tests in simulated time, the default,
-            always run as fast as possible.
+            6 loops behave as on a real robot. False makes these tests run as fast as possible. Tests in simulated time,
+            the default, always run as fast as possible.
         auto_starts: Start poses of autos by dashboard name, for the blue alliance, field frame [m, m, rad]. Any other
-            auto starts at the pose that the auto sets in its first loops.
+            auto starts at the pose to which robot code resets the drivetrain's pose.
 
     Raises:
         ConfigError: Two devices share one simulation, an object is not a device, `parts` is not a whole number from 1
@@ -127,7 +128,7 @@ class RobotPhysics:
         """Robot object of the program."""
         self.match = match
         self.robot_sim = match.robots[number]
-        """Robot in the match that the program drives."""
+        """Robot that the program drives in the match."""
         self._phoenix = _phoenix_time()
         self._period = _period_of(robot)
         can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK  # one part is enough
@@ -145,14 +146,14 @@ class RobotPhysics:
         self._pace_tests = pace_tests and self._has_real_devices
         self._lateness = LatenessReport()
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
-        # In simulated time the map is not watched, and drawing all pieces takes half a millisecond.
+        # In simulated time, no user watches the map, and drawing all pieces takes half a millisecond.
         self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
         self._estimated_pose = getattr(drivetrain, "estimated_pose", program_odometry.estimated_pose)
         self.auto_start = AutoStart(match, number, auto_starts or {}, believed=self._estimated_pose)
-        """Placement of the robot at its start pose when autonomous begins."""
+        """Placement of the robot at the start pose of autonomous."""
         program_odometry.set_truth(lambda: self.robot_sim.chassis.pose)
         self.belief = BeliefWatch(self.robot_sim, sees=self._has_cameras, why_still=program_odometry.why_still)
-        """Comparison of the program's odometry with the simulated pose."""
+        """Check of the program's odometry against the simulated pose."""
         getattr(drivetrain, "on_pose_reset", program_odometry.on_pose_reset)(self._see_reset)
         match.control.placed.append(self._note_place)
         network = ntcore.NetworkTableInstance.get_default()
@@ -176,7 +177,7 @@ class RobotPhysics:
 
     @property
     def control(self) -> FieldControl:
-        """Field control for resetting the field, adding pieces and placing robots, effective from the next tick."""
+        """Field control, which resets the field, adds pieces and places robots at the next tick."""
         return self.match.control
 
     @property
@@ -185,10 +186,20 @@ class RobotPhysics:
         return self._h
 
     def after_tick(self) -> None:
-        """Do nothing; subclasses may override this hook, which runs after each 20 ms tick, e.g. to log data."""
+        """Do nothing after each 20 ms tick. A subclass may override this method, for example to log data."""
 
     def update_sim(self, now: float, tm_diff: float) -> None:
-        """Count late loops, and run all due parts if the robot has no `addPeriodic`; call this method once per loop."""
+        """Count late loops, and run all due parts if the robot does not use WPILib's loop.
+
+        Call this method once per robot loop.
+
+        Args:
+            now: FPGA time [s].
+            tm_diff: Time since the last call [s].
+
+        Raises:
+            ConfigError: A subclass has not called `__init__` of this class.
+        """
         if not hasattr(self, "_has_periodic"):
             raise ConfigError(
                 f"{type(self).__name__}.__init__ does not call super().__init__(physics_controller, robot, match=...)"
@@ -199,16 +210,16 @@ class RobotPhysics:
             self.do_due()
 
     def add_motor(self, motor: MotorDevices) -> None:
-        """Connect another motor, effective from the next part."""
+        """Connect the devices of an additional mechanism from the next part on."""
         self._devices.add(motor)
 
     def remove_motor(self, motor: MotorDevices) -> None:
-        """Disconnect a motor; the motor's device keeps its last values."""
+        """Disconnect the devices of a mechanism. The devices keep the last values."""
         self._devices.remove(motor)
 
     @property
     def times(self) -> PhysicsTimes:
-        """Timing statistics: computing times of the last two minutes, counts and skipped time since the start."""
+        """Timing statistics: computing times of the last two minutes, and counts and skipped time since the start."""
         work = np.array(self._work_ms) if self._work_ms else np.zeros(1)
         return PhysicsTimes(
             ticks=self._ticks,
@@ -222,7 +233,7 @@ class RobotPhysics:
         )
 
     def do_due(self) -> None:
-        """Run all parts that are due; skip time that is more than 0.1 s late."""
+        """Run all parts that are due, and skip the simulated time by which the parts are more than 0.1 s late."""
         now = Timer.get_monotonic_timestamp()
         if self._start is None:
             self._start = now - self._h
@@ -256,7 +267,7 @@ class RobotPhysics:
                 self._end_tick()
 
     def _set_parts(self, parts: int) -> None:
-        """Change the number of parts per tick; valid only between ticks."""
+        """Set the number of parts per tick. Call this method only between ticks."""
         if self._start is not None:
             self._start += self._done * self._h
         self._done = 0
@@ -264,7 +275,7 @@ class RobotPhysics:
         self._most_owed = round(_MOST_OWED / self._h)
 
     def _follow_loops(self) -> bool:
-        """Shorten the parts to the period of the program's fastest loop; return whether the length changed."""
+        """Shorten the parts to the period of the program's fastest loop, and return whether the length has changed."""
         fastest = min(fastest_period(), self._period) if self._may_follow else math.inf
         if fastest > self._h - 1e-6 or self._parts == _FINEST[-1]:
             return False
@@ -324,7 +335,7 @@ class RobotPhysics:
 
 
 class LatenessReport:
-    """Rate-limited log of skipped time: by default at most one line per ten seconds of wall time.
+    """Log of skipped simulated time, by default with at most one warning in ten seconds of wall time.
 
     Args:
         every: Wall time between two reports [s].
@@ -340,11 +351,13 @@ class LatenessReport:
         self._is_first = True
 
     def note(self, seconds: float, *, tick_ms: float) -> None:
-        """Add skipped time, and log a report if one is due; skipped time at program start is ignored.
+        """Add skipped time, and log a warning if enough time has passed since the last warning.
+
+        The method ignores time skipped at program start.
 
         Args:
             seconds: Skipped time [s].
-            tick_ms: Computing time of a 20 ms tick without the robot program [ms].
+            tick_ms: Wall time that physics takes to compute a 20 ms tick [ms].
         """
         now = time.monotonic()
         if self._is_first and now - self._since < self._start:
@@ -369,21 +382,21 @@ _latest: weakref.ref[RobotPhysics] | None = None
 
 
 def latest_physics() -> RobotPhysics | None:
-    """Return the latest physics of this process, or None if the physics no longer exists; for test fixtures."""
+    """Return the physics built last in this process; None before the first physics or after its deletion."""
     return None if _latest is None else _latest()
 
 
 def field_control() -> FieldControl | None:
-    """Return the field control of the running simulation; None before the physics is built.
+    """Return the field control of the running simulation; None before simcore has built the physics.
 
-    Robot code may call this function after `robotInit`, when the physics exists.
+    Robot code can use the field control after `robotInit`.
     """
     physics = latest_physics()
     return None if physics is None else physics.control
 
 
 def _period_of(robot: Any) -> float:
-    """Return the period of the robot's loop [s]; 5 ms if unknown."""
+    """Return the period of the robot's loop [s]; 5 ms for a custom loop with an unknown period."""
     if isinstance(robot, IterativeRobotBase):
         return float(robot.get_period())
     if isinstance(robot, season.loop_classes()):
@@ -392,13 +405,13 @@ def _period_of(robot: Any) -> float:
 
 
 def _has_wpilib_loop(robot_class: type) -> bool:
-    """Return whether a robot class uses WPILib's loop, which has `addPeriodic`."""
+    """Return whether a robot class inherits WPILib's loop and therefore has `addPeriodic`."""
     start = season.own_name(season.wpilib.RobotBase, "start_competition")
     loop = next((cls for cls in robot_class.__mro__ if start in vars(cls)), object)
     return issubclass(robot_class, season.loop_classes()) and loop.__module__.split(".")[0] == "wpilib"
 
 
 def _phoenix_time() -> PhoenixTime | None:
-    """Return the clock of simulated Phoenix 6 devices, or None without these devices; never import phoenix6."""
+    """Return the clock of emulated Phoenix 6 devices, without importing phoenix6; None without emulated devices."""
     module = sys.modules.get("simcore.robotcode.sim.simulated_phoenix")
     return None if module is None else module.phoenix_time()  # type: ignore[no-any-return]

@@ -1,7 +1,7 @@
-"""Power supply as robot code reads it: the roboRIO's voltage, rails and brown-out, and power distribution currents.
+"""Electrical readings for robot code: roboRIO voltage, user rails and brownout, and power distribution currents.
 
-A robot program does not state which motor is on which channel of a power distribution panel. Channels are therefore
-assigned in order: drive motors, steer motors, mechanisms. The total current is correct for any wiring.
+A robot program does not define the power distribution channel of each motor. This module therefore assigns the channels
+in a fixed order: drive motors, steer motors, mechanisms. The total current is correct for any wiring.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ _LOOK = 50  # number of ticks between two checks for new panels
 
 
 class RoboRioPower:
-    """Readings of a simulated battery in WPILib's `RobotController`.
+    """Simulated roboRIO power: voltage, rails and brownout in WPILib's `RobotController` follow a battery.
 
-    In a brown-out, a roboRIO disables its outputs and its 6 V, 5 V and 3.3 V user rails and counts a fault of each rail
-    (`RobotController.getEnabled6V()`, `getFaultCount6V()`). The counts include faults between two 20 ms loops.
-    `RobotController.isBrownedOut()`, always False in the simulated HAL (2026.2), is replaced to return the state of the
-    battery. `setBrownoutVoltage` of a roboRIO 2 sets the brown-out voltage of the battery.
+    In a brownout, a roboRIO disables the outputs and the 6 V, 5 V and 3.3 V user rails, and counts a fault for each
+    rail (`RobotController.getEnabled6V()`, `getFaultCount6V()`). The counts include faults between two 20 ms loops. In
+    the simulated HAL (2026.2), `RobotController.isBrownedOut()` is always False. This class therefore replaces the
+    method to return the battery's state. `setBrownoutVoltage` of a roboRIO 2 sets the battery's brownout voltage.
 
     Source: WPILib documentation, "roboRIO Brownout and Understanding Current Draw", stage 2.
 
@@ -52,7 +52,10 @@ class RoboRioPower:
         self.show_voltage()
 
     def show_voltage(self) -> None:
-        """Write input voltage and current, and apply robot code's brown-out voltage; call at least once per loop."""
+        """Write the input voltage and current, and apply robot code's brownout voltage to the battery.
+
+        Call this method at least once per loop.
+        """
         volts = self._battery.voltage
         RoboRioSim.set_vin_voltage(volts)
         season.show_input_current(_WATTS / volts if volts > 1.0 else 0.0)
@@ -61,7 +64,7 @@ class RoboRioPower:
             self._follow_level(level)
 
     def show_rails(self) -> None:
-        """Switch the user rails and write the fault counts when a brown-out starts or ends."""
+        """Switch the user rails off or on and write the fault counts if a brownout has started or ended."""
         is_low = self._battery.browned_out
         if is_low == self._is_low:
             return
@@ -71,7 +74,7 @@ class RoboRioPower:
             count(self._battery.brownouts)
 
     def _follow_level(self, level: float) -> None:
-        """Apply a new brown-out voltage from robot code [V]."""
+        """Set the battery's brownout voltage [V], and raise the recovery voltage to at least this voltage."""
         self._level = level
         config = self._battery.config
         recovered = max(config.recovered_voltage, level)
@@ -79,9 +82,10 @@ class RoboRioPower:
 
 
 def channel_currents(robot: Robot, channels: int) -> list[float]:
-    """Return the supply current of each channel [A]; loads beyond the last channel are added to the last channel.
+    """Return the supply current of each channel of a power distribution panel [A].
 
-    A panel does not measure reverse current: a channel reads zero while its motor brakes into the battery.
+    The last channel includes all loads that exceed the number of channels. A panel does not measure reverse current, so
+    a channel reads zero while the motor on the channel brakes into the battery.
 
     Args:
         robot: Robot with drivetrain and mechanisms.
@@ -103,10 +107,10 @@ def channel_currents(robot: Robot, channels: int) -> list[float]:
 
 
 class PowerDistributionView:
-    """Power distribution panels built by a robot program.
+    """Simulated power distribution panels: WPILib's readings follow the robot's battery and currents.
 
     Args:
-        robot: Robot whose currents the panels measure.
+        robot: Robot with the motors and battery that the panels measure.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -115,7 +119,7 @@ class PowerDistributionView:
         self._ticks = 0
 
     def update(self) -> None:
-        """Write voltage and currents of all panels at the end of a tick."""
+        """Write the voltage and currents of all panels at the end of a tick. Search for new panels every 50 ticks."""
         if self._ticks % _LOOK == 0:
             panels = (PowerDistributionSim(module) for module in _MODULES)
             self._panels = [panel for panel in panels if panel.get_initialized()]

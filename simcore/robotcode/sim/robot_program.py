@@ -1,4 +1,4 @@
-"""Access to a robot program: loading the robot class and finding parts of the robot object."""
+"""Functions that load a robot program's robot class and find parts of the robot object."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ __all__ = ["load_robot_class", "part_of"]
 def load_robot_class(robot_file: Path) -> Any:
     """Import a robot.py as the RobotPy command line does, and return the robot class.
 
+    Errors in the robot code propagate to the caller.
+
     Raises:
-        ConfigError: robot.py does not define exactly one robot class. Errors of the robot code propagate.
+        ConfigError: robot.py does not define exactly one robot class.
     """
     import robotpy.main
     import wpilib

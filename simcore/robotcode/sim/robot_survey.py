@@ -1,13 +1,13 @@
 """Survey of a robot program's devices and drivetrain, printed as a line of JSON for `simcore init` and `simcore check`.
 
-`python -m simcore.robotcode.sim.robot_survey robot.py` builds the program without running it. Run this command in its
-own process and folder, because programs and vendors' libraries write files to the current folder. Options after the
-path:
+`python -m simcore.robotcode.sim.robot_survey robot.py` builds the robot without running the robot's loop. Run this
+command in a separate process and folder, because programs and vendors' libraries write files to the current folder.
+The command has these options after the path:
 
-- `described` finds the drivetrain by its description in simcore.toml.
+- `described` uses the description of the drivetrain in simcore.toml.
 - `started` also builds the physics with the robot on the field.
-- `real` uses CTRE's simulation of Phoenix 6, for programs with unmodelled features. By default, simcore's emulator is
-  used, which responds immediately and writes no files.
+- `real` uses CTRE's simulation of Phoenix 6, for programs with unmodelled features. By default, the survey uses
+  simcore's emulator, which responds immediately and writes no files.
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ __all__ = ["main"]
 
 _SETTLE = 0.1  # time for all devices to send their signals [s]
 _kept: list[Any] = []
-"""Robot objects, kept alive because devices are deleted together with the robot object."""
+"""References to robot objects, because Python would delete the devices together with an unreferenced robot object."""
 
 
 def main() -> None:
-    """Print the survey and exit despite running threads, even if the program failed."""
+    """Survey the robot program, print the result or the error as JSON, and end the process despite running threads."""
     robot_file, options = Path(sys.argv[1]), sys.argv[2:]
     answer: dict[str, Any] = {}
     try:
@@ -94,7 +94,7 @@ def _build(robot_file: Path, *, emulates: bool) -> None:
 
 
 def _start(folder: Path) -> str:
-    """Build the physics as at program start; return the error message, empty if there is no error."""
+    """Build the physics as at program start, and return simcore's error message; empty without an error."""
     AttachedPhysics.folder, AttachedPhysics.ownership = folder, watch_program()
     try:
         physics_or_none(SimpleNamespace(field=season.wpilib.Field2d()), _kept[0])
@@ -130,7 +130,10 @@ def _survey(folder: Path, *, is_described: bool) -> dict[str, Any]:
 
 
 def _ports(taken: Sequence[Any]) -> list[dict[str, Any]]:
-    """Return model, channels and class of devices on ports that are not in `taken`, and of CANranges and CANdis."""
+    """Return the model, channels and class of each port device and of each CANrange and CANdi.
+
+    The result excludes the port devices in `taken`, which the drivetrain uses.
+    """
     ports = [
         {"model": p.model, "channels": list(p.channels), "made_by": p.made_by}
         for p in built_ports()

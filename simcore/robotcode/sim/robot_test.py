@@ -1,4 +1,4 @@
-"""Robot test: a project's robot program on the simulated field, controlled step by step."""
+"""Test fixture that runs a project's robot program on the simulated field."""
 
 from __future__ import annotations
 
@@ -60,11 +60,11 @@ _STATIONS = {
 
 
 class ConditionError(SimcoreError, AssertionError):
-    """Condition that did not hold within the timeout of a test, or mode that a test entered but did not run."""
+    """Error for a condition that did not hold within the timeout, or for a mode that a test entered but did not run."""
 
 
 class _NoSuchNameError(SimcoreError, AttributeError):
-    """Unknown attribute of the fixture `sim`."""
+    """Error for an unknown attribute of the fixture `sim`."""
 
 
 class _WarningList(logging.Handler):
@@ -75,22 +75,23 @@ class _WarningList(logging.Handler):
         self._kept = kept
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Add the message of a log record."""
+        """Add the message of a log record to the list, unless the list contains the message."""
         text = record.getMessage()
         if text not in self._kept:
             self._kept.append(text)
 
 
 class RobotTest:
-    """Fixture `sim`: starts the robot program when first needed and stops the program at the end of the test.
+    """Robot program in a test, provided by the fixture `sim`.
 
-    Methods run the robot. Properties return the true state of the field, not the robot's estimate.
+    The program starts when a test first needs the program, and stops at the end of the test. Methods run the robot.
+    Properties return the true state of the field and robot, not the robot's estimate.
 
     Args:
         control: Test controller of the robot, from pyfrc or wpilib.testing.
         robot: Proxy of the robot object.
         hook: Hook that runs the physics in the robot's loop.
-        hang: Longest time of one robot loop before `HangWatch` ends the test [s].
+        hang: Largest time of one robot loop [s]. After this time, `HangWatch` ends the test process.
         complaints: Stream for the report of `HangWatch`; None for no time limit.
 
     Example:
@@ -110,11 +111,11 @@ class RobotTest:
         complaints: TextIO | None = None,
     ) -> None:
         self.robot = robot
-        """Proxy of the robot object, for reading the robot's own state."""
+        """Proxy of the robot object, from which a test reads the program's state."""
         self.own_threads: list[str] = []
-        """Names of the program's own threads, which may make runs differ."""
+        """Names of the threads that the program has started and that simulated time does not control."""
         self.warnings: list[str] = []
-        """Warnings logged by simcore, without duplicates."""
+        """Messages of simcore's log warnings in this test, without duplicates."""
         self._control = control
         self._hook = hook
         self._loop: float | None = getattr(robot, "control_loop_wait_time", None)  # of a MagicBot [s]
@@ -128,7 +129,7 @@ class RobotTest:
         self._mode = "disabled"
         self._is_played = True
         self.was_enabled = False
-        """Whether the robot has been enabled."""
+        """Whether the test has enabled the robot at least once."""
         self._auto = self._op_mode = ""
         self._alliance = "blue"
         handler = _WarningList(self.warnings)
@@ -153,7 +154,13 @@ class RobotTest:
     # --- driver station -------------------------------------------------------------------------------------------
 
     def alliance(self, color: str, station: int = 1) -> None:
-        """Set alliance (`"blue"` or `"red"`) and station 1..3; a robot not yet enabled moves to the alliance's start.
+        """Set the alliance and the driver station.
+
+        Before the first enable, a change of alliance moves the robot to the alliance's start.
+
+        Args:
+            color: Alliance, `"blue"` or `"red"`.
+            station: Number of the driver station, 1 to 3.
 
         Raises:
             ConfigError: The alliance or station does not exist.
@@ -170,7 +177,7 @@ class RobotTest:
         DriverStationSim.set_alliance_station_id(_STATIONS[color, station])
 
     def game_data(self, text: str) -> None:
-        """Set the game-specific message.
+        """Set the game-specific message that robot code reads from the driver station.
 
         Raises:
             ConfigError: `text` is not a string.
@@ -180,17 +187,23 @@ class RobotTest:
         DriverStationSim.set_game_data(text)
 
     def joystick(self, port: int = 0) -> Joystick:
-        """Return the joystick at a port, with centered axes and released buttons."""
+        """Return the joystick at a driver station port, after centering all axes and releasing all buttons."""
         return Joystick(port)
 
     def xbox(self, port: int = 0) -> XboxPad:
-        """Return the Xbox controller at a port, with centered axes and released buttons."""
+        """Return the Xbox controller at a driver station port, after centering all axes and releasing all buttons."""
         return XboxPad(port)
 
     # --- running --------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Start the robot program and run half a second disabled; other methods call `start` if needed."""
+        """Start the robot program and run the robot disabled for half a second of simulated time.
+
+        The methods that run the robot call `start` if the program has not started. A second call has no effect.
+
+        Raises:
+            SimcoreError: The program does not run the physics. Errors in the robot code propagate.
+        """
         if self._physics is not None:
             return
         prepare()  # the first start on a computer takes longer than the time limit of a robot loop
@@ -220,17 +233,17 @@ class RobotTest:
             )
 
     def place(self, x: float, y: float, heading: float = 0.0) -> None:
-        """Place the robot at rest at a true pose; the program's estimate does not change.
+        """Place the robot at rest at a pose on the field, without changing the program's estimated pose.
 
-        A later odometry reset by an auto does not move the robot.
+        After this call, an odometry reset in robot code no longer moves the robot.
 
         Args:
-            x: x coordinate in the field frame, which has its origin at the blue corner for both alliances [m].
-            y: y coordinate in the field frame [m].
+            x: x coordinate [m], field frame with the origin at the blue corner for both alliances.
+            y: y coordinate [m], field frame.
             heading: Heading, counter-clockwise from the direction to the red alliance wall [rad].
 
         Raises:
-            ConfigError: The robot cannot stand at the pose; the message suggests a free pose.
+            ConfigError: The pose is off the field or obstructed. The message suggests a free pose.
         """
         require_row("place", "x, y and heading", (x, y, heading), START)
         self.physics.auto_start.place((float(x), float(y), float(heading)))
@@ -242,18 +255,19 @@ class RobotTest:
         seconds: float = 15.0,
         start: tuple[float, float, float] | Any = None,
     ) -> None:
-        """Select an auto, if named, and run autonomous.
+        """Select an auto if `name` is given, and run autonomous.
 
         The robot starts at the first available of these poses: `start`, the pose from `place`, the start of the auto in
-        `simcore.toml`, the pose to which the auto resets its odometry, the present pose.
+        `simcore.toml`, the pose to which the auto resets the odometry, the present pose.
 
         Args:
-            name: Name of the auto in the dashboard's chooser; None to keep the present choice.
-            seconds: Duration [s], after which the robot stays enabled.
-            start: Start pose in the field frame, as for `place` [m, m, rad].
+            name: Name of the auto in a dashboard chooser, or of an autonomous op mode; None for the present selection.
+            seconds: Duration [s]. The robot stays enabled after this duration.
+            start: Start pose, field frame [m, m, rad], or a Pose2d; None for one of the other poses.
 
         Raises:
-            UnknownNameError: No chooser offers the name; the message lists the options.
+            UnknownNameError: No chooser offers the name. The message lists the options.
+            ConfigError: `name` is not a string, or robot code has no chooser.
         """
         _require_name("autonomous", name)
         self.start()
@@ -271,21 +285,31 @@ class RobotTest:
         self.run(seconds)
 
     def teleop(self, name: str = "", *, seconds: float = 0.0) -> None:
-        """Run teleop for a duration [s]; an OpModeRobot runs the op mode called `name`, else the first op mode."""
+        """Run teleop for a duration [s].
+
+        Args:
+            name: Name of the op mode of an OpModeRobot; empty for the first op mode.
+            seconds: Duration [s]. The robot stays enabled after this duration.
+        """
         self._play("teleop", name, seconds)
 
     def utility(self, name: str = "", *, seconds: float = 0.0) -> None:
-        """Run the utility mode, called `test` until 2026, for a duration [s]; `name` selects an op mode."""
+        """Run the utility mode (`test` until 2026) for a duration [s].
+
+        Args:
+            name: Name of the op mode of an OpModeRobot; empty for the first op mode.
+            seconds: Duration [s]. The robot stays enabled after this duration.
+        """
         self._play("utility", name, seconds)
 
     def disable(self, *, seconds: float = 0.0) -> None:
-        """Disable the robot and run for a duration [s]."""
+        """Disable the robot, and run the disabled robot for a duration [s]."""
         self.start()
         self._enter("disabled")
         self.run(seconds)
 
     def run(self, seconds: float) -> None:
-        """Run for a duration [s] in the present mode, rounded to whole ticks of 20 ms.
+        """Run the robot in the present mode for a duration [s], rounded to whole ticks of 20 ms.
 
         Raises:
             ConfigError: `seconds` is not a finite number >= 0.
@@ -296,11 +320,11 @@ class RobotTest:
             self._step()
 
     def run_until(self, condition: Callable[[], object], *, timeout: float) -> float:
-        """Run in the present mode until a condition holds, checked every 20 ms.
+        """Run the robot in the present mode until a condition holds, and check the condition every 20 ms.
 
         Args:
             condition: Function that returns whether the condition holds, e.g. `lambda: sim.pieces.held >= 8`.
-            timeout: Longest simulated time to wait [s].
+            timeout: Largest simulated time to run [s].
 
         Returns:
             Simulated time until the condition held [s].
@@ -328,7 +352,7 @@ class RobotTest:
         )
 
     def __getattr__(self, name: str) -> Any:
-        """Raise an error for an unknown attribute, with a hint to similar names."""
+        """Raise an AttributeError for an unknown attribute, with a suggestion of a similar name."""
         if name.startswith("_"):
             raise AttributeError(name)
         parts = {"pieces": PieceCount, "score": Score, "record": RunRecord, "match": Match, "robot_sim": Robot}
@@ -343,12 +367,12 @@ class RobotTest:
 
     @property
     def belief_error(self) -> BeliefError:
-        """Error of the robot's estimated pose: `position` [m] and `heading` [rad]."""
+        """Error of the program's estimated pose relative to the true pose."""
         return self.physics.belief.error
 
     @property
     def physics(self) -> RobotPhysics:
-        """Physics of the project; the first access starts the robot program."""
+        """Physics of the project. The first access starts the robot program."""
         self.start()
         assert self._physics is not None
         return self._physics
@@ -360,7 +384,7 @@ class RobotTest:
 
     @property
     def robot_sim(self) -> Robot:
-        """Robot in the match."""
+        """Simulated robot of the program in the match."""
         return self.physics.robot_sim
 
     @property
@@ -380,18 +404,18 @@ class RobotTest:
 
     @property
     def pose(self) -> Any:
-        """True pose of the robot."""
+        """True pose of the robot in the field frame, as a Pose2d."""
         x, y, yaw = self.robot_sim.chassis.pose
         return Pose2d(x, y, yaw)
 
     @property
     def score(self) -> Score:
-        """Points so far."""
+        """Points that each alliance has scored so far."""
         return self.match.score
 
     @property
     def pieces(self) -> PieceCount:
-        """Number of pieces by state: `held`, `scored`, `on_field`, `in_flight`."""
+        """Numbers of pieces `held`, `scored`, `on_field` and `in_flight`."""
         return self.match.count
 
     @property
@@ -401,17 +425,17 @@ class RobotTest:
 
     @property
     def currents(self) -> dict[str, list[float]]:
-        """Motor currents of the drivetrain [A], by group: `drive` and `steer` of swerve, `left` and `right` of tank."""
+        """Currents of the drivetrain's motors [A], by group, for example `drive` and `steer` or `left` and `right`."""
         return self.robot_sim.drive.motor_currents()
 
     @property
     def record(self) -> RunRecord:
-        """Record of the run: shots, intakes, placements, distances and extremes, as used by pages and reports."""
+        """Record of the run for pages and reports, with shots, intakes, placements, distances and extreme values."""
         return self.match.record
 
     @property
     def digest(self) -> str:
-        """Digest of all motion since the start; equal digests mean bit-identical runs."""
+        """Digest of all motion since the start. Two bit-identical runs have equal digests."""
         return self.match.digest.hexdigest()
 
     @property
@@ -422,7 +446,7 @@ class RobotTest:
     # --- output of a failed test -------------------------------------------------------------------------------------
 
     def add_sink(self, sink: TelemetrySink) -> None:
-        """Add a telemetry sink, effective from the next tick."""
+        """Add a telemetry sink, which receives snapshots from the next tick on."""
         self._sinks.append(sink)
         if self._physics is not None:
             self._physics.match.sinks.append(sink)
@@ -445,7 +469,7 @@ class RobotTest:
             )
 
     def __repr__(self) -> str:
-        """Describe the state of the run for failed assertions."""
+        """Describe the state of the run, for the output of a failed assertion."""
         return f"<sim at {self.summary()}>" if self.has_run else "<sim before its start>"
 
     def summary(self) -> str:
@@ -525,7 +549,7 @@ class RobotTest:
 
     @contextmanager
     def _watched(self, awaited: str) -> Iterator[None]:
-        """Exit the process with a report if the program hangs in the body of the context."""
+        """Limit the time of the context's body. `HangWatch` reports a hanging program and ends the process."""
         if self._watch is not None:
             self._watch.arm(awaited)
         try:
@@ -535,10 +559,11 @@ class RobotTest:
                 self._watch.disarm()
 
     def _advance(self, seconds: float) -> None:
-        """Step time from loop to loop.
+        """Step the clock by a simulated time [s], from loop to loop for a MagicBot.
 
-        A step of WPILib's clock blocks until threads wait on all notifiers. A MagicBot frees its notifier between two
-        modes, so time must not advance until the MagicBot has reached the first loop of the next mode.
+        A step of WPILib's clock blocks until threads wait on all notifiers. A MagicBot frees the loop's notifier
+        between two modes. Time must therefore not advance until the MagicBot has reached the first loop of the next
+        mode.
         """
         left = round(1e6 * seconds)
         while left > 0:
@@ -558,15 +583,15 @@ class RobotTest:
         return float(Timer.get_monotonic_timestamp())
 
     def _wait(self, condition: Callable[[], bool], patience: float = math.inf) -> None:
-        """Wait until the condition holds or the program has ended, at most for a wall time [s]."""
+        """Wait until the condition holds, the program has ended, or the wall time `patience` [s] has passed."""
         end = time.monotonic() + patience
         while not condition() and self._control.robot_is_alive and time.monotonic() < end:
             time.sleep(0.0002)
 
     def _where(self) -> str:
-        """Return the source line that the program is executing, first on the robot's thread, then on other threads.
+        """Return the source line that the program is executing on the robot's thread, or else on another thread.
 
-        The result is empty if no thread executes a line of the program.
+        The text is empty if no thread is executing a line of the program.
         """
         frames = sys._current_frames()
         robot = getattr(self._control._thread, "ident", None) or 0
@@ -574,12 +599,16 @@ class RobotTest:
         return program_line([*filter(None, [frames.get(robot)]), *rest])
 
     def _place(self) -> str:
-        """Return the end of a sentence with the source line that the program is executing: `it is at LINE`."""
+        """Return the text `it is at LINE`, with the source line that the program is executing."""
         return f"it is at {self._where() or NO_LINE}"
 
 
 def _require_name(mode: str, name: object) -> None:
-    """Check that the name of a mode is text, because a duration may have been passed by mistake."""
+    """Check that a mode's name is a string, because a test may pass a duration by mistake.
+
+    Raises:
+        ConfigError: The name is neither a string nor None.
+    """
     if name is not None and not isinstance(name, str):
         raise ConfigError(
             f"{mode}({name!r}): the auto's name must be a string, and seconds a keyword argument: "

@@ -1,7 +1,8 @@
-"""Variation of one run of a robot program: seed and scatter (`--sim-seed`, `--sim-scatter`), and factors of a sweep.
+"""Variation of one robot program run: the seed, the scatter and the factors of a sweep.
 
-A robot program builds its match in its own process. The code that starts the process sets the variation before the
-program starts, and the code that builds the match reads the variation:
+The options `--sim-seed` and `--sim-scatter` set the seed and scatter. A robot program builds the match in a separate
+process. The code that starts the process sets the variation before the program starts, and the code that builds the
+match reads the variation:
 
     variation = run_variation()
     entry = RobotEntry(config=variation.robot(config))
@@ -32,12 +33,12 @@ class RunVariation:
     seed: int = 0
     """Seed of the match."""
     scatter: Scatter | None = None
-    """Standard deviations of the scatter; None for the scatter of `simcore.toml`, or no scatter without a file."""
+    """Standard deviations of the scatter; None for the values in `simcore.toml`, or no scatter without a file."""
     factors: Mapping[str, FactorValue] = field(default_factory=dict)
-    """Value of each factor of robot or pieces that a sweep varies, by factor name."""
+    """Values of the robot and piece parameters that a sweep varies, by factor name."""
 
     def robot(self, config: RobotConfig) -> RobotConfig:
-        """Return the robot with the factors of this run applied.
+        """Return the robot configuration after applying the factors of this run.
 
         Raises:
             ConfigError: A factor is unknown or has an invalid value.
@@ -45,7 +46,7 @@ class RunVariation:
         return vary_robot(config, self.factors)
 
     def game(self, game: Game) -> Game:
-        """Return the game with the factors of this run applied to the pieces.
+        """Return the game after applying the factors of this run to the game pieces.
 
         Raises:
             ConfigError: A factor is unknown or has an invalid value.
@@ -57,7 +58,7 @@ _variation = RunVariation()
 
 
 def run_variation() -> RunVariation:
-    """Return the variation of this process."""
+    """Return the variation for the matches of robot programs in this process."""
     return _variation
 
 
@@ -68,12 +69,12 @@ def set_run_variation(variation: RunVariation) -> None:
 
 
 def set_factors(factors: Mapping[str, FactorValue]) -> None:
-    """Set the factors of a sweep and keep seed and scatter."""
+    """Set the factors of a sweep for all later matches, and keep the seed and scatter."""
     set_run_variation(replace(_variation, factors=factors))
 
 
 def require_varied(match: Match) -> None:
-    """Check that a match built by a project's own physics.py uses the variation of this run.
+    """Check that a match uses the variation of this run, because a project's own physics.py may ignore the variation.
 
     Raises:
         SimcoreError: The match has a different seed, scatter, robot or game.

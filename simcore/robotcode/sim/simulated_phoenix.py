@@ -1,4 +1,4 @@
-"""Phoenix 6 in FPGA time: the emulator of CTRE's libraries, enabled and stepped with the robot program's clock."""
+"""Coupling of the Phoenix 6 emulator to the robot program's FPGA clock and enable state."""
 
 from __future__ import annotations
 
@@ -20,35 +20,38 @@ _FEED_MS = 100  # duration of one enable feed, as in phoenix6's own Notifier [ms
 
 
 class PhoenixTime:
-    """Clock of the simulated devices, coupled to the FPGA clock.
+    """Clock of the emulated devices, coupled to the FPGA clock.
 
-    Phoenix 6 feeds the enable signal from a Notifier on a separate thread, so the order of a feed and a robot loop at
-    the same time would be random. Here, the stepping thread feeds the enable signal before each step.
+    Phoenix 6 feeds the enable signal from a Notifier on a separate thread. The order of a feed and a robot loop at the
+    same time would therefore be random. This class feeds the enable signal before each step, on the stepping thread.
 
     Args:
-        world: Emulator that holds the devices.
+        world: Emulator that contains the devices.
     """
 
     def __init__(self, world: Emulator) -> None:
         self.world = world
 
     def step(self, dt: float) -> None:
-        """Feed the enable signal and advance the devices by dt [s]."""
+        """Feed the robot's enable state to the devices, and advance the devices by dt [s]."""
         self.world.enable.feed(_FEED_MS if RobotState.is_enabled() else 0)
         self.world.step(dt)
 
     def catch_up(self, time: float) -> None:
-        """Advance the devices to `time` on the FPGA clock [s] if their clock is behind."""
+        """Advance the devices to the FPGA time `time` [s] if the devices' clock is behind."""
         behind = time - self.world.clock.now
         if behind > 0.0:
             self.step(behind)
 
 
 def install_simulated_phoenix() -> PhoenixTime:
-    """Switch Phoenix 6 to simulated time without devices, and return the devices' clock; call before building a robot.
+    """Switch Phoenix 6 to simulated time, remove all emulated devices, and return the devices' clock.
+
+    Phoenix 6's timestamps become FPGA times, and the library no longer feeds the enable signal. Call this function
+    before the program builds a robot.
 
     Raises:
-        SeamError: The installed phoenix6 is incompatible; the message names compatible versions.
+        SeamError: The installed phoenix6 is incompatible. The message names compatible versions.
     """
     world = emulator.install()
     world.clock.reset(season.start_of_clock())
@@ -62,10 +65,10 @@ def install_simulated_phoenix() -> PhoenixTime:
 
 
 def phoenix_time() -> PhoenixTime | None:
-    """Return the clock of the simulated devices; None while Phoenix 6 uses CTRE's libraries on the wall clock."""
+    """Return the clock of the emulated devices; None while Phoenix 6 uses CTRE's libraries on the wall clock."""
     world = emulator.installed()
     return None if world is None else PhoenixTime(world)
 
 
 def _nothing(self: Any) -> None:
-    """Do nothing, in place of starting or stopping the enable feed."""
+    """Do nothing, as a replacement for the start and stop of the library's enable feed."""

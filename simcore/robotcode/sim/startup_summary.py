@@ -1,4 +1,4 @@
-"""Summary at the start of a run: found, guessed and unconnected devices, and tables to add to `simcore.toml`."""
+"""Summary of a robot's devices at the start of a run, with advice on tables to add to `simcore.toml`."""
 
 from __future__ import annotations
 
@@ -23,39 +23,41 @@ _NOT_ON_NETWORK = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartupSummary:
-    """Texts of the startup summary, by topic."""
+    """Startup summary of a robot: one text or list of texts for each topic."""
 
     robot: str
-    """Mass and dimensions of the robot, and the source of each value."""
+    """Game, mass and dimensions of the robot, physics engine, and source of these values."""
     drivetrain: str
-    """Devices of the drivetrain."""
+    """Models and addresses of the drivetrain's devices."""
     assumed: str = ""
-    """Guessed measures of the drivetrain."""
+    """Guessed dimensions and other values of the drivetrain; empty without guesses."""
     described: Sequence[str] = ()
     """Mechanisms in simcore.toml, with their devices."""
     sensors: Sequence[str] = ()
     """Sensors in simcore.toml, with their ports."""
     lights: str = ""
-    """Devices whose lights are in telemetry."""
+    """Devices with lights that telemetry records."""
     guessed: Sequence[tuple[str, str]] = ()
-    """Devices and the guessed mechanism of each group."""
+    """Devices and guessed mechanism of each group of motors."""
     own: str = ""
     """Devices that the project's own physics writes."""
     nobody: str = ""
-    """Devices that no model writes."""
+    """Devices that no model writes and that keep the initial readings."""
     cameras: str = ""
     """Cameras that simcore simulates."""
     unseen: str = ""
-    """Cameras that the program uses without a source of data."""
+    """Cameras that the program uses and that simcore does not simulate."""
     pushed: str = ""
-    """Kinds of game pieces on the field, if no intake is described."""
+    """Kinds of game pieces on the field if the robot description has no intake; empty with an intake."""
     has_file: bool = True
     """Whether the project has a simcore.toml."""
     is_on_network: bool | None = None
-    """Whether the program has its network ports; False if another program has them, None without a network."""
+    """Whether the program can use NetworkTables' port; False if the port is taken, None without a network."""
 
     def lines(self) -> list[str]:
-        """Return the robot's line and lines for each topic, wrapped at 118 characters and cut to a few lines per topic.
+        """Return the line about the robot and the labelled lines of each topic.
+
+        The lines are at most 118 characters long. Long topics end after two to five lines.
 
         >>> for line in StartupSummary(robot="Robot: 55 kg", drivetrain="TalonFX 1-8").lines():
         ...     print(line)
@@ -108,6 +110,6 @@ class StartupSummary:
 
 
 def _some(label: str, texts: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the rows under one label; if there are too many, the last row counts those left out."""
+    """Return the rows (label, text) of one topic, at most six. The last row counts omitted texts."""
     shown = list(texts) if len(texts) <= _MOST else [*texts[: _MOST - 1], f"and {len(texts) - _MOST + 1} more"]
     return [(label if k == 0 else "", text) for k, text in enumerate(shown)]

@@ -1,7 +1,7 @@
-"""NetworkTables tables that a robot program uses.
+"""Record of the NetworkTables tables that a robot program uses.
 
-Tables that a program only reads leave no trace in NetworkTables. This module therefore wraps the ntcore functions that
-look up a table or topic, and searches modules that were loaded earlier.
+NetworkTables contains no entry for a table that a program only reads. This module therefore wraps the ntcore functions
+that look up a table or topic, and searches the modules that Python has already loaded.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["TableWatch", "table_watch"]
 
 
 class TableWatch:
-    """Record of the top-level names of all requested topics and tables."""
+    """Record of the top-level names of the tables and topics that a program has looked up."""
 
     def __init__(self) -> None:
         self.names: dict[str, None] = {}
@@ -73,7 +73,7 @@ _watch: TableWatch | None = None
 
 
 def table_watch() -> TableWatch:
-    """Return the table watch of this process, which starts with the first call."""
+    """Return the table watch of this process. The first call starts the recording."""
     global _watch
     if _watch is None:
         _watch = TableWatch()

@@ -1,7 +1,8 @@
-"""WPILib's own devices: motor controllers on PWM and relays, encoders on DIO and analog inputs, gyros.
+"""WPILib's own devices: motor controllers on PWM and relays, encoders on DIO and analog inputs, and gyros.
 
-The classes connect the devices to a drivetrain or mechanism, and `MAKER` describes all of them as one maker. WPILib's
-devices do not use the wall clock, so a robot with only these devices runs at full speed and repeats exactly.
+The port classes connect the devices to a drivetrain or mechanism. `MAKER` describes all WPILib devices for the device
+search. WPILib's devices do not use the wall clock. A robot with only WPILib devices therefore runs as fast as possible
+and repeats exactly.
 """
 
 from __future__ import annotations
@@ -45,11 +46,13 @@ _RAIL = 5.0  # full-scale voltage of the roboRIO's analog inputs [V]
 
 
 class ChannelMotor(MotorPort):
-    """Motor controller on a port of the roboRIO, without sensor or configuration; off while disabled.
+    """Motor controller on a port of the roboRIO, without sensor or configuration.
+
+    The output is zero while the robot is disabled.
 
     Args:
-        share: Supplier of the duty cycle [-].
-        coasts: Whether the controller coasts instead of braking at zero output.
+        share: Function that returns the duty cycle [-].
+        coasts: Whether the controller coasts at zero output; False for brake.
     """
 
     def __init__(self, share: FloatSupplier, *, coasts: bool = False) -> None:
@@ -62,15 +65,15 @@ class ChannelMotor(MotorPort):
         self._supply = volts
 
     def is_open(self) -> bool:
-        """Return whether the controller coasts at zero output."""
+        """Return whether the motor circuit is open at zero output (coast) instead of shorted (brake)."""
         return self._coasts
 
     def volts(self) -> float:
-        """Return the motor voltage [V]; 0 while disabled."""
+        """Return the motor voltage [V]; 0 while the robot is disabled."""
         return self._share() * self._supply if RobotState.is_enabled() else 0.0
 
     def duty_cycle(self) -> float:
-        """Return the duty cycle [-]; 0 while disabled."""
+        """Return the duty cycle [-]; 0 while the robot is disabled."""
         return self.volts() / self._supply
 
     def write(self, rotations: float, rps: float) -> None:
@@ -80,14 +83,14 @@ class ChannelMotor(MotorPort):
 class PWMMotorPort(ChannelMotor):
     """PWM motor controller without an encoder, e.g. `PWMSparkMax`, `Talon` or `VictorSP`.
 
-    The output has robot code's sign, before `setInverted`. While the robot is disabled, the output is zero, which
-    WPILib's simulation does not ensure.
+    The output has robot code's sign, because the class undoes the inversion by `setInverted`. The output is zero while
+    the robot is disabled. WPILib's simulation does not ensure this zero output.
 
     Args:
-        controller: Robot code's controller object, or a channel; followers (`addFollower`) need no port.
-        leader: Robot code's first controller on the shaft, which defines the inversion; None to use the inversion of
-            `controller`, or no inversion for a channel.
-        coasts: Whether the controller's jumper selects coast instead of brake.
+        controller: Robot code's controller object, or the PWM channel. Followers (`addFollower`) need no port.
+        leader: Robot code's first controller on the shaft, whose inversion the class undoes. None for the inversion of
+            `controller`, or for no inversion with a channel.
+        coasts: Whether the controller's jumper selects coast; False for brake.
     """
 
     def __init__(self, controller: Any, *, leader: Any = None, coasts: bool = False) -> None:
@@ -103,12 +106,13 @@ class PWMMotorPort(ChannelMotor):
 
 
 class EncoderPort:
-    """Quadrature `Encoder` on a shaft, with zero at the shaft's initial angle or at the last reset by robot code.
+    """Quadrature `Encoder` on a shaft.
 
-    The configured direction of the encoder has no effect.
+    The count is zero at the shaft's initial angle, and at the angle of the last reset in robot code. The direction
+    configured in robot code has no effect.
 
     Args:
-        encoder: Robot code's encoder with its distance per pulse set, or the encoder's DIO channel A.
+        encoder: Robot code's encoder, with the distance per pulse set, or the DIO channel A of the encoder.
         pulses_per_turn: Pulses per turn of the encoder.
         gearing: Encoder turns per turn of the model's shaft (wheel, steering axis, mechanism) [-].
         reversed: Whether the encoder counts down while the shaft turns in the positive direction.
@@ -134,7 +138,7 @@ class EncoderPort:
         self._base = self._written = start * self._per_rad
 
     def write(self, angle: float, rate: float) -> None:
-        """Write the shaft's angle [rad] in whole counts, and its rate [rad/s]."""
+        """Write the encoder count for the shaft's angle [rad], and the encoder rate for the shaft's rate [rad/s]."""
         if self._sim.get_reset():
             self._base = self._written
         pulses = angle * self._per_rad
@@ -145,14 +149,14 @@ class EncoderPort:
 
 
 class AbsoluteEncoderPort:
-    """Absolute encoder on a shaft, read as a `DutyCycleEncoder` or `AnalogEncoder`.
+    """Absolute encoder on a shaft, which robot code reads on a DIO or analog input.
 
-    WPILib simulates the position of these two classes. A bare `DutyCycle` reads the duty cycle for the angle, and an
-    `AnalogInput` or `AnalogPotentiometer` reads the voltage for the angle.
+    WPILib simulates the position of `DutyCycleEncoder` and `AnalogEncoder`. A bare `DutyCycle` reads the duty cycle for
+    the angle, and an `AnalogInput` or `AnalogPotentiometer` reads the voltage for the angle.
 
     Args:
-        encoder: Robot code's encoder; or a port, `("DIO", 4)` or `("Analog", 0)`, for any class on the port.
-        zero: Reading of `get()` at a shaft angle of zero (module pointing forward), in the encoder's unit.
+        encoder: Robot code's encoder, or the port of any class, for example `("DIO", 4)` or `("Analog", 0)`.
+        zero: Reading of `get()` at a shaft angle of zero (wheel pointing forward), in the encoder's unit.
         gearing: Encoder turns per turn of the shaft [-].
         reversed: Whether the encoder counts down while the shaft turns in the positive direction.
 
@@ -176,7 +180,7 @@ class AbsoluteEncoderPort:
         self._zero = zero / self._range
 
     def write(self, angle: float, rate: float) -> None:
-        """Write the shaft's angle [rad] as a position within one turn; the rate has no effect."""
+        """Write the encoder position for the shaft's angle [rad], within one turn. The rate has no effect."""
         turns = (self._zero + angle * self._turns_per_rad) % 1.0
         if self._position is not None:
             self._position.set(turns * self._range)
@@ -184,7 +188,11 @@ class AbsoluteEncoderPort:
 
 
 def _port_of(encoder: Any) -> tuple[str, int]:
-    """Return kind of port and channel of an absolute encoder."""
+    """Return the kind of port, `DIO` or `Analog`, and the channel of an absolute encoder.
+
+    Raises:
+        ConfigError: `encoder` is an object of another class.
+    """
     if isinstance(encoder, tuple):
         return encoder
     if isinstance(encoder, DutyCycleEncoder):
@@ -197,9 +205,10 @@ def _port_of(encoder: Any) -> tuple[str, int]:
 
 
 class WPILibGyroPort:
-    """Port of an `ADXRS450_Gyro` or `AnalogGyro`: degrees, clockwise positive, with a working `reset()`.
+    """Port that writes an `ADXRS450_Gyro` or `AnalogGyro` in degrees, clockwise positive.
 
-    A value written by another simulation lasts until the next `write`.
+    The port also makes robot code's `reset()` zero the reading. If other simulation code sets the gyro, the value lasts
+    only until the port's next `write`.
 
     Args:
         gyro: Robot code's gyro.
@@ -223,13 +232,13 @@ class WPILibGyroPort:
             _analog.wrap(cls, {"reset": lambda port: port.reset()}, also_original=True)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write yaw [rad] and yaw rate [rad/s], the only measurements of the gyro."""
+        """Write yaw [rad] and the yaw rate in `rates[2]` [rad/s]. The gyro does not measure pitch and roll."""
         self._turned = -math.degrees(yaw)
         self._sim.setAngle(self._turned - self._zero)
         self._sim.setRate(-math.degrees(rates[2]))
 
     def reset(self) -> None:
-        """Zero the reading at the present angle, on a call by robot code."""
+        """Zero the reading at the present angle. Robot code's `reset()` calls this method."""
         self._zero = self._turned
 
 
@@ -239,11 +248,11 @@ _AXES = ("x", "y", "z")
 
 
 class ADISGyroPort:
-    """Port of an `ADIS16448_IMU` or `ADIS16470_IMU`: degrees, counter-clockwise positive about each axis.
+    """Port that writes an `ADIS16448_IMU` or `ADIS16470_IMU` in degrees, counter-clockwise positive about each axis.
 
-    The configured axes of the IMU define the mounting; each axis points forward, left or up. In WPILib's simulation,
-    `reset` has no effect, the tilt from the accelerometer is not set, and `calibrate` of the ADIS16470 ends the
-    program; this class replaces these methods. Accelerometer and magnetometer are not simulated.
+    The configured axes of the IMU define the mounting. Each axis points forward, left or up. In WPILib's simulation,
+    `reset` has no effect, the tilt angles from the accelerometer stay zero, and `calibrate` of the ADIS16470 ends the
+    program. This module replaces these methods. The port does not write the accelerometer and magnetometer.
 
     Args:
         imu: Robot code's IMU.
@@ -263,7 +272,7 @@ class ADISGyroPort:
         _adis.attach(imu, self)
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Write the gyro's angles [rad] and rates about x, y, z [rad/s] to the sensor's axes."""
+        """Write the robot's angles [rad] and angular velocities about x, y, z [rad/s] to the axes of the sensor."""
         for place, angle, rate in zip(self._places, (roll, pitch, yaw), rates, strict=True):
             turned = math.degrees(angle)
             self.set_angle(place, self._shown[place] + turned - self._turned[place])
@@ -271,7 +280,7 @@ class ADISGyroPort:
             self._rates[place].set(math.degrees(rate))
 
     def set_angle(self, place: int, angle: float) -> None:
-        """Set the reading [deg] of the sensor axis with number `place`."""
+        """Set the angle reading [deg] of the sensor axis with index `place` (0 for x, 1 for y, 2 for z)."""
         self._shown[place] = angle
         self._angles[place].set(angle)
 
@@ -285,12 +294,12 @@ class ADISGyroPort:
         return self._turned[self._places[number]]
 
     def place_of(self, axis: Any) -> int:
-        """Return the number of the sensor axis for robot code's axis: a sensor axis, or yaw, pitch or roll."""
+        """Return the index of the sensor axis for the axis that robot code names: x, y, z, yaw, pitch or roll."""
         return {3: self._places[2], 4: self._places[1], 5: self._places[0]}.get(int(axis), int(axis))
 
 
 def _others(yaw: int) -> tuple[int, int]:
-    """Return the pitch and roll axes of an ADIS16448, whose configuration defines only the yaw axis."""
+    """Return the indices of the pitch and roll axes of an ADIS16448 for the configured yaw axis."""
     roll, pitch = (axis for axis in range(3) if axis != yaw)
     return pitch, roll
 
@@ -299,7 +308,10 @@ _adis = Answers[ADISGyroPort]()
 
 
 def _answer_for_adis() -> None:
-    """Replace methods of both IMU classes that WPILib's simulation lacks; safe to call more than once."""
+    """Replace the methods of both IMU classes that do not work in WPILib's simulation.
+
+    The function has no effect in a season without these classes.
+    """
     common: dict[str, Any] = {
         "reset": lambda port: port.reset(),
         "calibrate": lambda port: port.reset(),
@@ -324,12 +336,14 @@ def _answer_for_adis() -> None:
 # --- the maker ------------------------------------------------------------------------------------------------------
 
 _MOTORS = {"PWMSparkMax": "NEO", "PWMSparkFlex": "NEO Vortex", "PWMTalonFX": "Falcon 500"}
-"""Usual motor on a PWM controller, by class; a CIM for all other classes."""
+"""Usual motor of a PWM controller, by class name. The usual motor of all other classes is a CIM."""
 _PULSES = 2048.0
-"""Pulses of an `Encoder` per turn of the shaft; any value works, because robot code sets the distance per pulse."""
+"""Pulses of an `Encoder` per turn of the shaft [-].
+
+Any value works if robot code sets the distance per pulse."""
 _GYROS = ("ADIS16448_IMU", "ADIS16470_IMU", "ADXRS450_Gyro", "AnalogGyro")
 _followers: list[tuple[Any, Any]] = []
-"""Pairs of leader and follower on PWM from `addFollower`."""
+"""Pairs (leader, follower) of PWM controllers from robot code's calls of `addFollower`."""
 
 
 class _WPILib(Maker):

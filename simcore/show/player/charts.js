@@ -1,14 +1,14 @@
-// Draws charts as SVG at the width of their container, so that text stays legible on a phone.
+// Charts as SVG at the width of the container, because text must stay legible on a phone.
 import { make, svg } from "./dom.js";
 
 const INKS = ["path", "hit", "miss", "ink", "blue", "red"].map((name) => `var(--${name})`);
 const DASHES = ["", "6 3", "2 2.5", "8 3 2 3"];  // distinguish curves without color
 const LETTER = 6.4;  // [px]; mean width of a character at 11.5 px
 
-/** Draw a chart in an element; call `setCursor` and `update` of the returned chart for changes. @param {HTMLElement} home @param {ChartSpec} spec */
+/** Draw a chart in an element, and return the chart; `setCursor` and `update` change the chart. @param {HTMLElement} home @param {ChartSpec} spec */
 export const chart = (home, spec) => new Chart(home, spec);
 
-/** Round numbers in a range, at most `most` of them. @param {number} low @param {number} high @param {number} most */
+/** Return at most `most` evenly spaced round numbers in a range. @param {number} low @param {number} high @param {number} most */
 export function ticks(low, high, most) {
   const power = 10 ** Math.floor(Math.log10((high - low) / most));
   const step = [1, 2, 2.5, 5, 10, 20].map((factor) => factor * power).find((size) => (high - low) / size <= most), found = [];
@@ -25,14 +25,14 @@ export function words(value) {
 
 const isNumber = (value) => typeof value === "number" && Number.isFinite(value);
 
-/** Lowest and highest number of a list of any length; null without numbers. */
+/** Return the lowest and highest number of a list of any length; null without numbers. */
 function extent(values) {
   let low = Infinity, high = -Infinity;
   for (const value of values) if (isNumber(value)) { low = Math.min(low, value); high = Math.max(high, value); }
   return low <= high ? [low, high] : null;
 }
 
-/** Base of all drawings: title, legend, and an SVG that is drawn again when the width of its container changes. */
+/** Base of all drawings: title, legend, and an SVG that is drawn again when the width of the container changes. */
 export class Drawing {
   constructor(home, spec) {
     this.spec = spec;
@@ -83,7 +83,7 @@ export class Drawing {
   labels(xTicks, yTicks) {
     const { left, right, top, bottom } = this.box, { xLabel, yLabel } = this.spec;
     for (const [at, content] of yTicks) this.text(left - 6, this.y(at) + 4, content, "end");
-    let free = -Infinity;  // labels that would touch the label before are left out
+    let free = -Infinity;  // a label that would touch the previous label is left out
     for (const [at, content] of xTicks) {
       const half = LETTER * String(content).length / 2, x = Math.min(Math.max(this.x(at), half + 1), this.width - half - 1);
       if (x - half < free) continue;
@@ -94,16 +94,16 @@ export class Drawing {
     if (yLabel) this.text(0, 0, yLabel, "middle", { transform: `translate(11 ${(top + bottom) / 2}) rotate(-90)` });
   }
 
-  /** Shorten a name to the room for each of `others` labels below the x axis. */
+  /** Shorten a name to fit below the x axis, where `others` labels share the width. */
   shortened(name, others) {
     const most = Math.max(3, Math.floor(((this.box.right - this.box.left) / others - 4) / LETTER));
     return name.length > most ? `${name.slice(0, most - 1)}\u2026` : name;
   }
 
-  /** Width of the y axis labels [px]. */
+  /** Return the width to reserve for the labels of the y axis [px]. */
   room(labels) { return 12 + LETTER * Math.max(1, ...labels.map((one) => String(one).length)) + (this.spec.yLabel ? 16 : 0); }
 
-  /** Position of a pointer in pixels of the drawing. */
+  /** Return the position of a pointer in pixels of the drawing. */
   place(event) {
     const box = this.drawing.getBoundingClientRect();
     return [(event.clientX - box.left) / box.width * this.width, (event.clientY - box.top) / box.height * this.height];
@@ -135,7 +135,7 @@ class Chart extends Drawing {
     if (this.width) this.paint();
   }
 
-  /** Show a cursor at x, and the values there; null hides the cursor. @param {number | null} x */
+  /** Show a cursor at x, and the values of all series at the cursor; null hides the cursor. @param {number | null} x */
   setCursor(x) {
     this.cursor = x;
     if (this.width) this.show();
@@ -176,7 +176,7 @@ class Chart extends Drawing {
     this.show();
   }
 
-  /** Smallest distance between two x values of a series, for the width of bars and names. */
+  /** Return the smallest distance between two x values of a series, for the width of bars and names. */
   step() {
     let least = Infinity;
     for (const { x } of this.series) for (let k = 1; k < x.length; k++) if (x[k] > x[k - 1]) least = Math.min(least, x[k] - x[k - 1]);
@@ -248,7 +248,7 @@ class Chart extends Drawing {
   }
 }
 
-/** Split a list at its gaps. */
+/** Split a list at null entries, and return the parts with more than one entry. */
 function runs(list) {
   const found = [[]];
   for (const one of list) if (one) found.at(-1).push(one); else found.push([]);

@@ -1,9 +1,9 @@
-// Reads the frames that simcore/show/frames.py writes: groups of columns over time, as one packed block or live row by row.
+// Reader of the frames that simcore/show/frames.py writes: one packed block of a recording, or single rows of a live run.
 
 export const AWAY = -32768;
 const UNIT = 32767;
 const ROBOT = 11, PART = 7, CORNERS = 12;
-const JUMP = 1200;  // [mm] between two frames: a longer step means that a robot or piece was placed elsewhere
+const JUMP = 1200;  // [mm]; a longer step between two frames means that a robot or piece was moved by hand, and is not interpolated
 
 /** @type {(f: (d: number) => number) => Point} */
 const xyz = (f) => [f(0), f(1), f(2)];
@@ -26,7 +26,7 @@ export function unpack(bytes, [offset, rows, columns]) {
   return found;
 }
 
-/** Index of the last of some rising times that is not after a time; 0 if there is none. @param {ArrayLike<number>} times @param {number} time */
+/** Return the index of the last of ascending times that is not after a time; 0 if all times are later. @param {ArrayLike<number>} times @param {number} time */
 export function rowAt(times, time, n = times.length) {
   let low = 0, high = n;
   while (high - low > 1) {
@@ -36,13 +36,13 @@ export function rowAt(times, time, n = times.length) {
   return low;
 }
 
-/** Value of a change record at a time; null before the first change.
+/** Return the value of a change record at a time; null before the first change.
  * @template T @param {Changes<T> | undefined} changes @param {number} time @returns {T | null} */
 export function valueAt(changes, time) {
   return changes && changes.times.length && changes.times[0] <= time + 1e-6 ? changes.values[rowAt(changes.times, time)] : null;
 }
 
-/** Columns over time. */
+/** Group of columns of frames, with times and rows. */
 class Group {
   /** @param {number} width @param {Float64Array} times @param {Int16Array} rows */
   constructor(width, times = new Float64Array(0), rows = new Int16Array(0)) {
@@ -66,14 +66,14 @@ class Group {
     this.n++;
   }
 
-  /** Offsets of the rows before and after a time, and the fraction of the way between them. @param {number} time */
+  /** Return the offsets of the rows before and after a time, and the fraction of the interval between both rows. @param {number} time */
   at(time) {
     const i = rowAt(this.times, time, this.n), j = Math.min(i + 1, this.n - 1), span = this.times[j] - this.times[i];
     return { a: i * this.width, b: j * this.width, k: span > 0 ? Math.min(1, Math.max(0, (time - this.times[i]) / span)) : 0, n: this.n };
   }
 }
 
-/** Data of a run: objects to draw, and their positions over time. Lengths are returned in meters. */
+/** Data of a run: the objects to draw, and the motion of the objects. All returned lengths are in meters. */
 export class Run {
   /** @param {Meta} meta @param {Uint8Array} bytes */
   constructor(meta, bytes) {
@@ -103,13 +103,13 @@ export class Run {
   get start() { return this.meta.live ? (this.groups.robots.n ? this.groups.robots.times[0] : 0) : this.meta.start; }
   get end() { return this.meta.live ? (this.groups.robots.n ? this.groups.robots.times[this.groups.robots.n - 1] : 0) : this.meta.end; }
 
-  /** State of a lit field element: on, off, pulsing or purple; null if unknown. @param {string} name @param {number} time */
+  /** Return the state of a lit field element: on, off, pulsing or purple; null if unknown. @param {string} name @param {number} time */
   lamp(name, time) { return valueAt(this.meta.lamps[name], time); }
 
-  /** Number of pieces in a place or on a level. @param {string} name @param {number} time */
+  /** Return the number of pieces in a scoring place or on a level. @param {string} name @param {number} time */
   count(name, time) { return valueAt(this.meta.cells[name], time) ?? 0; }
 
-  /** Text of a line of the score board, or null. @param {string} label @param {number} time */
+  /** Return the text of a line of the score board, or null before the first text. @param {string} label @param {number} time */
   text(label, time) { return valueAt(this.meta.board.find((item) => item.label === label), time); }
 
   /** Sides with a score: the alliances, or both runs on a page of two runs. @returns {{ label: string, side: string, ink: string }[]} */
@@ -118,7 +118,7 @@ export class Run {
     return runs.length ? runs.map(({ name, ink }) => ({ label: name, side: "", ink })) : ["blue", "red"].map((side) => ({ label: side, side, ink: `var(--${side})` }));
   }
 
-  /** Append a live frame, which consists of its time and the rows of all groups; return the time. @param {ArrayBuffer} buffer */
+  /** Append a live frame, which consists of a time and one row of each group, and return the time. @param {ArrayBuffer} buffer */
   append(buffer) {
     const time = new DataView(buffer).getFloat64(0, true);
     let offset = 8;
@@ -131,7 +131,7 @@ export class Run {
     return time;
   }
 
-  /** Pose of a robot, or null: position, quaternion x y z w, estimated x y yaw or null, and whether its intake is active.
+  /** Return the pose of a robot, or null if unknown: position, quaternion x y z w, estimated x y yaw, active intake.
    * @param {number} number @param {number} time @returns {Pose | null} */
   robot(number, time) {
     const { rows } = this.groups.robots, { a, b, k, n } = this.groups.robots.at(time), from = a + ROBOT * number, to = b + ROBOT * number;
@@ -148,14 +148,14 @@ export class Run {
     return pose;
   }
 
-  /** Pose of a moving part in its robot's frame, or null. @param {number} robot @param {number} number @param {number} time @returns {Pose | null} */
+  /** Return the pose of a moving part in the robot frame, or null while the part is hidden. @param {number} robot @param {number} number @param {number} time @returns {Pose | null} */
   part(robot, number, time) {
     const { rows } = this.groups.parts, { a, b, k, n } = this.groups.parts.at(time), c = PART * (this.partsFrom[robot] + number);
     if (!n || !(rows[a + c + 3] || rows[a + c + 4] || rows[a + c + 5] || rows[a + c + 6])) return null;
     return between(rows, a + c, b + c, k);
   }
 
-  /** Call `put(row, x, y, z, state, rows, a, b, k)` for each piece; a and b are the offsets of its quaternions.
+  /** Call `put(row, x, y, z, state, rows, a, b, k)` for each piece; interpolate the quaternions at a and b by k.
    * @param {number} time
    * @param {(row: number, x: number, y: number, z: number, state: number, rows: Int16Array, a: number, b: number, k: number) => void} put */
   eachPiece(time, put) {
@@ -171,7 +171,7 @@ export class Run {
     }
   }
 
-  /** Positions [x, y, z] of a piece between two times while it was on the field or in flight [m].
+  /** Return the positions [x, y, z] of a piece on the field or in flight between two times [m].
    * @param {number} row @param {number} from @param {number} to @returns {Point[]} */
   wayOf(row, from, to) {
     const group = this.groups.pieces, c = this.pieces[row].column;
@@ -184,7 +184,7 @@ export class Run {
     return found;
   }
 
-  /** Path of a robot between two times [m], split where people carried the robot.
+  /** Return the path of a robot between two times [m], split where the robot was moved by hand.
    * @param {number} number @param {number} from @param {number} to @returns {[number, number][][]} */
   pathOf(number, from, to, step = 0.1) {
     /** @type {[number, number][][]} */
@@ -199,7 +199,7 @@ export class Run {
     return ways;
   }
 
-  /** Segments [from, to] of the camera lines; the first segment of a line begins at the camera. @param {number} time @returns {[Point, Point][]} */
+  /** Return the segments [from, to] of the camera lines at a time; the first segment of a line begins at the camera. @param {number} time @returns {[Point, Point][]} */
   lines(time) {
     const { rows } = this.groups.lines, { a, n } = this.groups.lines.at(time);
     /** @type {[Point, Point][]} */
@@ -214,7 +214,7 @@ export class Run {
   }
 }
 
-/** Interpolate a pose between two rows of x y z [mm] and quaternion w x y z.
+/** Interpolate a pose between two rows of x y z [mm] and a quaternion w x y z.
  * @param {Int16Array} rows @param {number} i @param {number} j @param {number} k @returns {Pose} */
 function between(rows, i, j, k) {
   if (rows[j] === AWAY || Math.abs(rows[j] - rows[i]) + Math.abs(rows[j + 1] - rows[i + 1]) > JUMP) k = 0;
@@ -232,7 +232,7 @@ export function turned(rows, i, j, k) {
   return /** @type {Quaternion} */ (mix.map((value) => value / size));
 }
 
-/** Heading [rad] of a quaternion x y z w. @param {Quaternion} quat */
+/** Return the yaw [rad] of a quaternion x y z w. @param {Quaternion} quat */
 export function yawOf([x, y, z, w]) {
   return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }

@@ -1,8 +1,8 @@
-// Makes HTML and SVG elements; text content is never parsed as HTML.
+// Functions that make HTML and SVG elements; text is never parsed as HTML.
 
 const SVG = "http://www.w3.org/2000/svg";
 
-/** Add attributes and children to an element; functions become listeners, and attributes with false or null are left out. */
+/** Add attributes and children to an element. Functions become event listeners; false and null attributes are left out. */
 function filled(node, attributes, children) {
   for (const [key, value] of Object.entries(attributes)) {
     if (typeof value === "function") node.addEventListener(key.slice(2), value);

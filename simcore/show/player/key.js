@@ -1,10 +1,10 @@
-// Key to the marks in the view from above.
+// Legend of the marks in the view from above.
 import { AWAY } from "./data.js";
 import { make, svg } from "./dom.js";
 
 const ink = (name) => `var(--${name})`;
 
-/** Make the entries of the key, each a mark and its meaning. @param {import("./data.js").Run} run */
+/** Make the entries of the legend, each with a mark and the meaning of the mark. @param {import("./data.js").Run} run */
 export function keyOf(run) {
   const { meta } = run, { robots, shots, taken } = meta, areRuns = robots.some((robot) => robot.is_run);
   const count = (result) => areRuns ? "" : ` (${shots.filter((shot) => shot.result === result).length})`;

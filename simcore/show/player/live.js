@@ -1,10 +1,10 @@
-// Live run: receives frames and states over one WebSocket, and sends driving input and field commands.
+// Live run: the page receives frames and states over one WebSocket, and sends driving input and commands.
 import { inflate } from "./data.js";
 import { make } from "./dom.js";
 import { tableOf } from "./panels.js";
 import { Player } from "./player.js";
 
-const BEHIND = 0.012;  // [s]; delay behind the newest frame, so that pictures can be interpolated
+const BEHIND = 0.012;  // [s]; delay behind the newest frame, because the page interpolates between frames
 const PEOPLE = { blue: "UIOP", red: "HJKL" };  // keys of human players' actions
 const QUIET = 50;  // [ms]; interval between messages while a driver's input does not change
 const find = (selector) => document.querySelector(selector);
@@ -59,7 +59,7 @@ export class Live {
 
   begin(meta, bytes) {
     if (this.player) {
-      if (meta.run !== this.meta.run) location.reload();  // a new run gets a fresh page, without remains of the run before
+      if (meta.run !== this.meta.run) location.reload();  // a new run begins on a newly loaded page, without data of the previous run
       return;
     }
     this.meta = meta;
@@ -82,7 +82,7 @@ export class Live {
     document.body.classList.add("live");
   }
 
-  /** Count down three, two, one while the run is paused. */
+  /** Pause the run, count down with a sound at each number, and resume the run. */
   countDown(left) {
     this.send({ do: "pause", value: left > 0 });
     find(".count").textContent = left > 0 ? String(left) : "";
@@ -90,10 +90,10 @@ export class Live {
     if (left > 0) setTimeout(() => this.countDown(left - 1), 700);
   }
 
-  /** First connected gamepad with the standard mapping, or undefined. */
+  /** The first connected gamepad with the standard mapping, or undefined. */
   get pad() { return (navigator.getGamepads ? [...navigator.getGamepads()] : []).find((one) => one && one.connected && one.mapping === "standard"); }
 
-  /** Make the driver's gamepad rumble, for points. */
+  /** Make the driver's gamepad rumble after a score. */
   rumble() { if (this.isDriving) this.pad?.vibrationActuator?.playEffect("dual-rumble", { duration: 120, strongMagnitude: 0.6, weakMagnitude: 0.8 }); }
 
   state({ board, cells, lamps, previews, values, says, time, paused, clock, reached }) {
@@ -128,7 +128,7 @@ export class Live {
     const speed = this.isPaused ? 1 : Number(player.speed.value), dt = Math.min(0.1, (stamp - (this.before ?? stamp)) / 1000) * speed;
     this.before = stamp;
     const goal = this.head - BEHIND * Math.max(1, speed), off = goal - player.now;
-    // run at the speed of the run, slightly faster or slower to stay just behind its newest frame
+    // play at the speed of the run, slightly faster or slower to stay just behind the newest frame
     const time = Math.abs(off) > 0.25 * Math.max(1, speed) ? goal : player.now + Math.max(0, dt * (1 + 6 * (off - dt)));
     player.show(Math.min(this.head, time));
     if (stamp - (this.charted ?? 0) > 500) { this.charted = stamp; player.charts.draw(player.now); }
@@ -193,7 +193,7 @@ export class Live {
 
   keys() {
     const isText = (node) => node instanceof Element && node.closest("input, textarea, select, [contenteditable]") !== null;
-    // on window and before all other listeners, because the page uses some of these keys otherwise
+    // capturing listeners on the window run first; the page has other uses for some of these keys
     addEventListener("keydown", (event) => {
       if (!this.meta || event.ctrlKey || event.altKey || event.metaKey || isText(event.target)) return;
       if (event.code === "KeyR" && this.isOver) { this.again(); return; }
@@ -220,7 +220,7 @@ export class Live {
     document.addEventListener("visibilitychange", () => { if (document.hidden) this.letGo(); });
   }
 
-  /** Send the state of keys, gamepad and on-screen sticks: at once after a change, otherwise twenty times a second to show presence. */
+  /** Send the state of keys, gamepad and on-screen sticks at once after a change, and otherwise twenty times a second. */
   sendInput() {
     if (!this.isDriving || document.hidden || !document.hasFocus() || this.socket.readyState !== WebSocket.OPEN) return;
     const rounded = (value) => Math.round(1000 * Math.max(-1, Math.min(1, value))) / 1000;
@@ -234,7 +234,7 @@ export class Live {
     this.send({ drive: input });
   }
 
-  /** Make two on-screen sticks and buttons, which act like a gamepad's. */
+  /** Make on-screen sticks and buttons that act like the sticks and buttons of a gamepad. */
   touch() {
     const { sticks } = this, home = find(".sticks");
     const stick = (name, axes) => {

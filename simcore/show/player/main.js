@@ -1,4 +1,4 @@
-// Starts the page: a report or a run that the page contains, or a live run over a WebSocket.
+// Start of the page: show the report or the run that the page contains, or connect to a live run.
 import { inflate } from "./data.js";
 import { Live } from "./live.js";
 import { Player } from "./player.js";

@@ -4,7 +4,7 @@ import { unpack, valueAt } from "./data.js";
 import { make, svg } from "./dom.js";
 import { MARKS } from "./timeline.js";
 
-/** Score of both sides, clock and period above the picture, alike in replays, live runs and shared pictures. */
+/** Score of both sides, clock and period above the drawing; used for replays, live runs and shared pictures. */
 export class Score {
   /** @param {HTMLElement} home @param {import("./data.js").Run} run */
   constructor(home, run) {
@@ -17,7 +17,7 @@ export class Score {
     home.replaceChildren(...first ? [first] : [], make("div", {}, this.clock, this.period), ...rest);
   }
 
-  /** Texts at a time. @param {number} time */
+  /** Return the texts to show at a time. @param {number} time */
   at(time) {
     const { run } = this, states = Object.keys(run.meta.lamps).map((name) => [name.split("_")[0], run.lamp(name, time)]);
     const isFree = run.meta.drive && run.meta.drive.free;
@@ -57,7 +57,7 @@ export class Board {
     this.put("pose estimate off by", pose && pose.belief ? `${Math.hypot(pose.place[0] - pose.belief[0], pose.place[1] - pose.belief[1]).toFixed(2)} m` : null);
   }
 
-  /** Show a label with its text; hide it if there is no text. */
+  /** Show a line with a label and a text; hide the line if the text is missing. */
   put(label, text) {
     let node = this.nodes.get(label);
     if (text === null && !node) return;
@@ -86,7 +86,7 @@ export function drawEvents(home, run, go) {
 
 const jump = (time, text, go) => make("button", { type: "button", class: "to", onclick: () => go(time) }, text);
 
-/** Make a cell with a text, or with a link to a time. */
+/** Make a table cell with a text or with a link to a time. */
 const cell = (name, content, go, attributes = {}) => make(name, attributes, Array.isArray(content) ? jump(content[0], content[1], go) : content);
 
 /** @param {TableData} table @param {(time: number) => void} go */
@@ -104,7 +104,7 @@ export function drawTables(home, run, go) {
 
 const BOARD = { width: 360, left: 44, right: 306, row: 30 };
 
-/** Draw the levels of an alliance as rows of places, with filled marks for pieces and the number of pieces.
+/** Draw the levels of an alliance as rows of scoring places, with a filled mark for each piece and the number of pieces.
  * @param {LevelData[]} levels */
 function placeBoard(levels) {
   const widest = levels.reduce((one, other) => other.places.length > one.places.length ? other : one);
@@ -173,7 +173,7 @@ export class Charts {
     for (const details of home.querySelectorAll("details")) details.addEventListener("toggle", () => this.draw(this.now ?? run.start));
   }
 
-  /** Decode a curve, whose values are scaled integers at times in milliseconds. @param {CurveData} curve @returns {SeriesSpec} */
+  /** Decode a curve from scaled integers and time steps in milliseconds. @param {CurveData} curve @returns {SeriesSpec} */
   curve({ label, color, stepped, data, low, scale }) {
     const rows = data ? unpack(this.run.bytes, data) : [], x = [], y = [];
     for (let k = 0, time = this.run.meta.start; k < rows.length; k += 2) {
@@ -192,7 +192,7 @@ export class Charts {
     }
   }
 
-  /** Add a value to each curve, in order; the next `draw` shows the values. @param {number} time @param {(number | null)[]} values */
+  /** Append one value to each curve, in the order of the curves; the next `draw` shows the values. @param {number} time @param {(number | null)[]} values */
   append(time, values) {
     let k = 0;
     for (const one of this.charts) {

@@ -1,4 +1,4 @@
-// Pictures and video frames for sharing: the view with score board, title and time.
+// Pictures and video frames for sharing: the current view with the score board, the title and the time.
 import { ink } from "./top.js";
 
 export const SHARED = [1280, 720];  // [px]

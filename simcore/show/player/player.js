@@ -1,4 +1,4 @@
-// The player: shows a run at one time from above and in three dimensions, with panels, playback, keys and views.
+// Player: shows a run from above and in three dimensions, with panels, playback controls, keys and cameras.
 import { Run, rowAt } from "./data.js";
 import { make } from "./dom.js";
 import { keyOf } from "./key.js";
@@ -11,7 +11,7 @@ import { Top } from "./top.js";
 
 export const VIEWS = ["both", "top", "solid"];
 const CLIP = 10;  // [s]
-const LATELY = 0.6;  // [s]; longest time between a piece that disappears and its points
+const LATELY = 0.6;  // [s]; longest time between the disappearance of a piece and the points for the piece
 const DRAG = 4;  // [px]; a pointer that has moved no farther counts as a click
 const find = (selector) => document.querySelector(selector);
 
@@ -20,7 +20,7 @@ export class Player {
   constructor(meta, bytes) {
     this.run = new Run(meta, bytes);
     this.now = this.run.start;
-    this.last = null;  // time stamp of the last picture during playback
+    this.last = null;  // time stamp of the last drawn picture during playback; null while stopped
     this.isLive = Boolean(meta.live);
     this.isFollowing = this.isLive;
     this.sounds = new Sounds();
@@ -111,7 +111,7 @@ export class Player {
     return boxes.map((box) => make("label", {}, box, ` heat map: ${box.dataset.map}`));
   }
 
-  /** Let a click select a robot, or no robot, and let a click on the small view swap the views. */
+  /** Make clicks select a robot or clear the selection; a click on the small view swaps the views. */
   pointers() {
     let from = [0, 0];
     for (const [name, other] of [["top", "both"], ["solid", "top"]]) {
@@ -137,7 +137,7 @@ export class Player {
     this.draw();
   }
 
-  /** Select a robot for the pose estimate and the camera; null selects none of several. @param {number | null} number */
+  /** Select a robot for the pose estimate and the camera. Null clears the selection; a single robot stays selected. @param {number | null} number */
   choose(number) {
     const chosen = number ?? (this.run.meta.robots.length === 1 ? 0 : null);
     this.chosen = this.top.chosen = chosen;
@@ -161,7 +161,7 @@ export class Player {
   drawSolid() { if (this.solid && this.drawnAt !== null) this.solid.draw(this.now); }
 
   draw() {
-    if (this.drawnAt === null) return;  // nothing has been shown yet
+    if (this.drawnAt === null) return;  // nothing to draw before the first call of `show`
     const time = this.now;
     if (find(".views").dataset.view !== "solid") this.top.draw(time);
     this.drawSolid();
@@ -172,7 +172,7 @@ export class Player {
     if (this.onPicture) this.onPicture();
   }
 
-  /** Show a flash where a flying piece has disappeared since the last picture, with rising points and a sound. */
+  /** Mark scores since the last picture: a flash where a flying piece disappeared, rising points, and a sound. */
   watchScores(time) {
     const isNear = this.drawnAt !== null && time > this.drawnAt && time - this.drawnAt < 0.5;
     this.run.eachPiece(time, (row, x, y, z, state) => {
@@ -203,7 +203,7 @@ export class Player {
 
   onScore(_points) {}
 
-  /** Position of a side's score: where a piece disappeared on its half, or else its only robot. */
+  /** Return the position for the points of a side: where a piece disappeared in the side's half, or the only robot. */
   placeOfScore(side, time, isLate) {
     const { robots, field } = this.run.meta, mine = robots.map((_, k) => k).filter((k) => !side || robots[k].alliance === side);
     const near = this.gone.filter(([, [x]]) => !side || (x < field.size[0] / 2) === (side === "blue"));
@@ -270,7 +270,7 @@ export class Player {
 
   get isPlan() { return !this.solid || this.viewChoice.value === "top"; }
 
-  /** Draw at the size of shared pictures while `act` runs, then at the size before. */
+  /** Draw at the size of shared pictures while `act` runs, then at the normal size again. */
   async atSize(act) {
     const [width, height] = SHARED;
     if (this.solid) { this.solid.sharpen(1); this.solid.resize(width, height); }
@@ -281,7 +281,7 @@ export class Player {
     this.resize();
   }
 
-  /** Save the last ten seconds as a video file, recorded while they play again. */
+  /** Play the last ten seconds again, record the playback, and save the recording as a video file. */
   clip() {
     const end = Math.max(this.now, Math.min(this.run.end, this.run.start + CLIP)), canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = SHARED;

@@ -1,4 +1,4 @@
-// Shows a report: blocks of text, tables and drawings made by simcore/show/report.py.
+// Report: shows the blocks of text, tables and drawings that simcore/show/report.py makes.
 import { chart } from "./charts.js";
 import { make, svg } from "./dom.js";
 import { robotModel } from "./robot_model.js";
@@ -17,7 +17,7 @@ function table({ columns, rows, caption }) {
   return make("div", { class: "wide", tabindex: "0" }, make("table", {}, caption ? make("caption", {}, caption) : "", make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines)));
 }
 
-/** Draw a bar for a fraction, with its interval. @param {HTMLElement} home @param {{ value: number, low: number, high: number, text: string }} block */
+/** Draw a bar for a fraction, with the interval of the fraction and a text. @param {HTMLElement} home @param {{ value: number, low: number, high: number, text: string }} block */
 function share(home, { value, low, high, text }) {
   const rect = (x, width, y, height, fill) => svg("rect", { x: 100 * x, y, width: 100 * width, height, fill });
   home.replaceChildren(make("figcaption", {}, text), svg("svg", { viewBox: "0 0 100 10", preserveAspectRatio: "none", role: "img", "aria-label": text },

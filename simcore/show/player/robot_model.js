@@ -1,13 +1,13 @@
-// A robot drawn in three dimensions from its robot file, with dimensions.
+// Three-dimensional drawing of a robot, labeled with dimensions.
 import { make, svg } from "./dom.js";
 import { THEMES, drawsInSoftware, shaped, written } from "./solid.js";
 
-const BESIDE = 0.14;  // [m] from the robot to its dimension lines
+const BESIDE = 0.14;  // [m]; distance of dimension lines from the robot
 
-/** Draw a robot. @param {HTMLElement} home @param {RobotSpec} spec */
+/** Draw a robot in an element, and return the drawing. @param {HTMLElement} home @param {RobotSpec} spec */
 export const robotModel = (home, spec) => new RobotModel(home, spec);
 
-/** Lower and upper corner of the bounding box of points. @param {Point[]} points @returns {[Point, Point]} */
+/** Return the lower and upper corner of the bounding box of points. @param {Point[]} points @returns {[Point, Point]} */
 export function reach(points) {
   const over = (pick) => /** @type {Point} */ ([0, 1, 2].map((axis) => points.reduce((found, point) => pick(found, point[axis]), points[0][axis])));
   return [over(Math.min), over(Math.max)];
@@ -49,7 +49,7 @@ class RobotModel {
     this.resize();
   }
 
-  /** Draw a named line through points, with the length if there are two points; return the text. */
+  /** Draw a line through points with a name, and with the length if the line has two points; return the text. */
   measure(name, ...places) {
     const lines = new THREE.BufferGeometry(), [from, to] = [places[0], places.at(-1)], long = Math.hypot(...from.map((at, k) => to[k] - at));
     lines.setAttribute("position", new THREE.Float32BufferAttribute(places.slice(1).flatMap((place, k) => [...places[k], ...place]), 3));

@@ -1,9 +1,9 @@
-// The run in three dimensions, drawn with three.js: field, robots with moving parts, pieces, and several cameras.
+// View of a run in three dimensions, drawn with three.js: field, robots with moving parts, pieces, and several cameras.
 import { turned, unpack, yawOf } from "./data.js";
 
 export const CAMERAS = ["free", "station", "follow", "behind", "above"];
 const LATELY = 1.2;  // [s]; length of the trail of a flying piece
-const LATE = 40, EARLY = 19, COARSEST = 0.5;  // [ms] between pictures: too slow, fast enough; smallest fraction of the pixel ratio
+const LATE = 40, EARLY = 19, COARSEST = 0.5;  // time between pictures that is too slow and fast enough [ms]; smallest fraction of the full pixel ratio
 const PREVIEW = 0xeb3ce6, SIGHT = 0x14c88c, TRAIL = 0xff9a3d, GHOST = 0xd81b8c;
 const SIDES = { blue: 0x3d8bff, red: 0xff3b30, purple: 0xb04cff };
 const FRAME = /^#(9ea5ae|70767f)$/;  // frame colors, which are replaced to distinguish the robots of a match
@@ -18,7 +18,7 @@ export class Solid {
     this.camera = "free";
     this.robot = 0;
     this.chosen = null;
-    this.isDriven = false;  // a driver with field-relative sticks looks away from the driver station
+    this.isDriven = false;  // with field-relative sticks, the camera of a driver looks away from the driver station
     this.previews = [];
     this.flashes = [];
     this.isPlain = drawsInSoftware();
@@ -116,7 +116,7 @@ export class Solid {
     this.level = new THREE.Quaternion();
   }
 
-  /** Make a dull material, or a cheaper one without a graphics card. */
+  /** Make a matte material, or a faster material for software rendering. */
   paint(look) { return this.isPlain ? new THREE.MeshLambertMaterial({ fog: false, ...look }) : new THREE.MeshStandardMaterial({ roughness: 0.75, ...look }); }
 
   instances(geometry, material, count) {
@@ -141,7 +141,7 @@ export class Solid {
     return found;
   }
 
-  /** Make a material transparent between the camera and the robot that the camera follows. */
+  /** Make a material transparent where it hides the robot that the camera follows. */
   fadeable(material) {
     material.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, this.cut);
@@ -161,7 +161,7 @@ void main() {
     const { size: [length, width], outlines } = this.run.meta.field, { theme } = this, middle = [length / 2, width / 2];
     this.home.style.background = `linear-gradient(${theme.sky.join()})`;
     this.scene.fog = new THREE.Fog(theme.haze, 24, 48);
-    // large flat surfaces, drawn without lighting if there is no graphics card
+    // large flat surfaces; software rendering draws these without lighting
     const flat = (look) => this.isPlain ? new THREE.MeshBasicMaterial(look) : this.paint(look);
     const floor = new THREE.Mesh(new THREE.CircleGeometry(48, 40), flat({ color: theme.hall }));
     floor.position.set(...middle, -0.05);
@@ -199,7 +199,7 @@ void main() {
     return found;
   }
 
-  /** Make the halo of a lit element, above it and on the carpet around it. */
+  /** Make the halo of a lit element, above the element and on the surrounding carpet. */
   glow(meshes) {
     const box = new THREE.Box3(), size = new THREE.Vector3(), middle = new THREE.Vector3();
     for (const mesh of meshes) box.expandByObject(mesh);
@@ -231,7 +231,7 @@ void main() {
     }
   }
 
-  /** Put the robot's number on its bumpers. */
+  /** Add the label of a robot to the bumpers. */
   number(group, { size: [length, width], heights: [low, high], label, open }) {
     const tall = 0.92 * (high - low), wide = label.length > 2 ? 4 : 2, material = written(label, "transparent", "#fff", 0.8, wide);
     for (const [x, y, turn] of [[0, 1, Math.PI], [0, -1, 0], [1, 0, Math.PI / 2], ...open ? [] : [[-1, 0, -Math.PI / 2]]]) {
@@ -271,7 +271,7 @@ void main() {
     this.renderer.render(this.scene, this.eye);
   }
 
-  /** Light an element by its state: on, off, pulsing or purple. */
+  /** Show the state of a lit field element: on, off, pulsing or purple. */
   shine(name, meshes, state, time) {
     const isOn = state && state !== "off" && (state !== "pulsing" || time * 3 % 1 < 0.6);
     for (const { material } of meshes) {
@@ -316,7 +316,7 @@ void main() {
     this.stroke("trails", points);
   }
 
-  /** Draw a ring around the selected robot, if there are several, and an outline on the carpet at its estimated pose. */
+  /** Draw a ring around the selected robot of several, and an outline on the carpet at the robot's estimated pose. */
   drawChosen(time) {
     const { robots } = this.run.meta, points = [], pose = this.chosen === null ? null : this.run.robot(this.chosen, time);
     this.ring.visible = Boolean(pose) && robots.length > 1;
@@ -362,7 +362,7 @@ void main() {
     });
   }
 
-  /** Number of the robot at a pointer, or null. */
+  /** Return the number of the robot at a pointer, or null. */
   robotAt(event) {
     const box = this.canvas.getBoundingClientRect(), at = new THREE.Vector3();
     const far = this.robots.map(({ group }) => {
@@ -375,7 +375,7 @@ void main() {
 
   // --- camera ---------------------------------------------------------------------------------------------------------
 
-  /** Switch to one of `CAMERAS`; with `stays`, keep the camera's position. */
+  /** Switch to one of `CAMERAS`; keep the position of the camera if `stays` is true. */
   look(name, stays = false) {
     this.camera = name;
     const [length, width] = this.run.meta.field.size;
@@ -396,7 +396,7 @@ void main() {
     this.onCamera(name);
   }
 
-  /** Move the camera as close as possible with the whole field in view, centered in the window. */
+  /** Move the camera as close as possible to the field with the whole field in view, and center the field. */
   fit() {
     const [length, width] = this.run.meta.field.size, { eye, control } = this;
     const away = eye.position.clone().sub(control.target).normalize();
@@ -435,7 +435,7 @@ void main() {
     else eye.lookAt(control.target);
   }
 
-  /** Follow a robot from behind its front or its motion, unless the user turns the view; the camera stays between the walls. */
+  /** Follow a robot from behind, by heading or by direction of motion, inside the walls, unless the user turns the view. */
   chase(pose, time, side) {
     const { eye, control } = this, [x, y, z] = pose.place, size = this.run.meta.field.size, isFollow = this.camera === "follow";
     const target = new THREE.Vector3(x, y, z + 0.3);
@@ -459,8 +459,8 @@ void main() {
     if (this.isHeld) eye.lookAt(target);
   }
 
-  /** Reduce the resolution while pictures are too slow, and raise it again when there is time.
-   * @param {number} stamp of this picture [ms] @param {number} since the last picture [ms] */
+  /** Reduce the resolution while drawing is too slow, and increase the resolution again while drawing is fast.
+   * @param {number} stamp time stamp of this picture [ms] @param {number} since time since the last picture [ms] */
   keepUp(stamp, since) {
     this.pace += 0.15 * (Math.min(since, 1000) - this.pace);
     if (stamp - this.judgedAt < 400) return;
@@ -472,7 +472,7 @@ void main() {
   /** Set the ratio of drawn pixels to CSS pixels. @param {number} ratio */
   sharpen(ratio) { if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio); }
 
-  /** Fit the picture to its container, or to a width and height [px]. */
+  /** Fit the picture to the container, or to a width and height [px]. */
   resize(width = this.home.clientWidth, height = this.home.clientHeight) {
     if (!width || !height) return;
     this.renderer.setSize(width, height, false);
@@ -488,7 +488,7 @@ function geometryOf(bytes, { vertices, faces, scale }) {
   return shaped(Float32Array.from(unpack(bytes, vertices), (value) => value * scale), new THREE.BufferAttribute(new Uint16Array(unpack(bytes, faces).buffer), 1));
 }
 
-/** Make a geometry from vertices [m] and an index. */
+/** Make a geometry from vertices [m] and vertex indices. */
 export function shaped(points, index) {
   const found = new THREE.BufferGeometry();
   found.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
@@ -497,7 +497,7 @@ export function shaped(points, index) {
   return found;
 }
 
-/** Whether there is no graphics card, so that shadows, smooth edges and fine spheres would be too slow. */
+/** Return whether the browser renders in software, which is too slow for shadows, smooth edges and fine spheres. */
 export function drawsInSoftware() {
   const context = document.createElement("canvas").getContext("webgl2"), info = context && context.getExtension("WEBGL_debug_renderer_info");
   const name = info ? context.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
@@ -514,7 +514,7 @@ function replace(lines, points) {
   lines.geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
 }
 
-/** Make a texture from a picture that is drawn once. */
+/** Make a texture from a picture that the function `draw` draws once. */
 function drawn(width, height, draw) {
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [width, height];

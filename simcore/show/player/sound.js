@@ -10,10 +10,10 @@ const CUES = {  // notes: frequency [Hz], start [s], duration [s]
   scored: [[1175, 0, 0.07]],
   count: [[587, 0, 0.12]],
 };
-const LAST = 30.5;  // [s] before the end of the match: a period that begins later is the last period
+const LAST = 30.5;  // [s] before the end of the match; a period that begins later is the last period
 const JUMP = 2;  // [s]; a larger step in time is a jump, without a sound
 
-/** Sound for a change of the match clock, or null. */
+/** Return the name of the sound for a change of the match clock, or null for no sound. */
 export function cueOf(was, is) {
   if (is.enabled && is.time < 1 && (!was || !was.enabled || is.time < was.time)) return "start";
   if (!was || Math.abs(is.time - was.time) > JUMP) return null;
@@ -38,10 +38,10 @@ export class Sounds {
     this.button.blur();
   }
 
-  /** Turn sound on for a driver, unless the button has been used. */
+  /** Turn the sound on for a driver, unless the driver has used the sound button. */
   first() { if (!this.context) this.turn(true); }
 
-  /** Play the sound for the match clock's new state: period, enabled, time since the start and time left [s]. */
+  /** Play the sound for a new state of the match clock: period, enabled, time since the start [s] and time left [s]. */
   see(clock) {
     const cue = cueOf(this.before, clock);
     this.before = clock;

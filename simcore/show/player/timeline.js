@@ -1,10 +1,10 @@
-// The time line: periods as bands, shots as ticks by side, other events as marks, and the slider, all on one scale.
+// Time line with periods as bands, shots as ticks by side, other events as marks, and the slider, all on one scale.
 import { ticks } from "./charts.js";
 import { make } from "./dom.js";
 import { ink } from "./top.js";
 
 export const MARKS = { mode: "\u25b6", put: "\u21e9", hit: "\u25cf", miss: "\u2715", pass: "\u2192", flying: "\u25cb", score: "+", slip: "\u2248",
-  bump: "\u25b2", "brown-out": "\u25bc", foul: "\u25c6", placed: "\u25a3" };
+  bump: "\u25b2", brownout: "\u25bc", foul: "\u25c6", placed: "\u25a3" };
 const SHOTS = ["hit", "miss", "pass", "flying"], QUIET = ["mode", "score", ...SHOTS];
 const BAND = 17, TICKS = 26, GLYPHS = 15, SCALE = 14;  // [px]
 const NEAR = 5;  // [px]
@@ -29,7 +29,7 @@ export class TimeLine {
     const { start, end, meta } = this.run;
     Object.assign(this.slider, { min: start, max: end, step: 0.02 });
     this.shots = meta.shots.map((shot) => ({ ...shot, robot: meta.robots[shot.robot] }));
-    const quiet = [...QUIET, ...meta.robots.length > 2 ? ["slip"] : []];  // with many robots, some tire always slides
+    const quiet = [...QUIET, ...meta.robots.length > 2 ? ["slip"] : []];  // with many robots, some tire is sliding most of the time
     this.marks = meta.events.filter(([, kind]) => !quiet.includes(kind));
     const texts = meta.events.map(([time, kind, text]) => ({ time, kind, title: `${time.toFixed(2)} s: ${text}` }));
     this.spots = texts.filter(({ kind }) => kind !== "score");
@@ -38,7 +38,7 @@ export class TimeLine {
 
   x(time) { return 1 + (time - this.run.start) / (this.run.end - this.run.start || 1) * (this.width - 2); }
 
-  /** Event at a pointer, or undefined. */
+  /** Return the event at a pointer, or undefined. */
   markAt(event) {
     const box = this.canvas.getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
     const inRow = (kind) => kind === "mode" ? y < BAND : SHOTS.includes(kind) ? y >= BAND && y < BAND + TICKS : y >= BAND + TICKS;
@@ -81,7 +81,7 @@ export class TimeLine {
     pen.textAlign = "left";
   }
 
-  /** Alliance whose elements alone are lit at a time, or neutral. */
+  /** Return the only alliance with lit field elements at a time; `neutral` if both or none have lit elements. */
   whose(time) {
     const on = [...new Set(Object.keys(this.run.meta.lamps).filter((name) => !["off", null].includes(this.run.lamp(name, time))).map((name) => name.split("_")[0]))];
     return on.length === 1 ? on[0] : "neutral";

@@ -1,4 +1,4 @@
-// The field from above on a canvas, in meters with y up: moving objects over a ground that is painted once.
+// View of the field from above on a canvas, in meters with y up: moving objects on a background that is drawn once.
 import { ticks } from "./charts.js";
 import { turned, yawOf } from "./data.js";
 import { make } from "./dom.js";
@@ -12,13 +12,13 @@ const SMALL = 620;  // [px]; a narrower view has neither scale nor counts
 const FLASH = 700;  // [ms]
 const TURN = 2 * Math.PI;
 
-/** Color of the page's theme, by name or as `var(--name)`. @param {string} name */
+/** Return a color of the page, by name or as `var(--name)`. @param {string} name */
 export function ink(name) {
   const own = name.match(/^var\(--([\w-]+)\)$/);
   return name[0] === "#" ? name : getComputedStyle(document.documentElement).getPropertyValue(`--${own ? own[1] : name}`).trim();
 }
 
-/** Visible area, with the elements at the field's edge: left, low, right and high [m]. @param {Meta["field"]} field */
+/** Return the visible area, including elements outside the field: left, low, right and high limit [m]. @param {Meta["field"]} field */
 export function viewOf({ size, outlines }, margin = MARGIN) {
   const low = [-1.25 * margin, -0.85 * margin], high = [size[0] + margin / 2, size[1] + margin / 2];
   for (const [, , corners] of outlines) {
@@ -27,7 +27,7 @@ export function viewOf({ size, outlines }, margin = MARGIN) {
   return [...low.map((at) => Math.max(-MOST, at)), ...high.map((at, k) => Math.min(size[k] + MOST, at))];
 }
 
-/** Outline of a rotated box from above: length, width and heading of the rectangle along the box's longest edge.
+/** Return the outline of a rotated box seen from above: length, width and heading of a rectangle along the longest edge.
  * @param {Point} size @param {Quaternion} quat */
 export function rectangle([sx, sy, sz], [x, y, z, w]) {
   const edges = [[sx * (1 - 2 * (y * y + z * z)), sx * 2 * (x * y + w * z)], [sy * 2 * (x * y - w * z), sy * (1 - 2 * (x * x + z * z))],
@@ -38,7 +38,7 @@ export function rectangle([sx, sy, sz], [x, y, z, w]) {
   return [sum(([u, v]) => cos * u + sin * v), sum(([u, v]) => cos * v - sin * u), heading];
 }
 
-/** Number of positions [m] in each square; positions outside the field count at its edge.
+/** Count the positions [m] in each square of the field; positions outside the field count at the edge.
  * @param {[number, number]} size @param {number[][]} places @returns {[number, number, number][]} corner [m] and count */
 export function squares([length, width], places, cell = 0.5) {
   const counts = new Map();
@@ -66,7 +66,7 @@ export class Top {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.resize());
   }
 
-  /** Fit the drawing to its container, or to a width and height [px], and paint the ground again. */
+  /** Fit the drawing to the container, or to a width and height [px], and draw the background again. */
   resize(width = this.home.clientWidth, height = this.home.clientHeight, sharp = Math.min(devicePixelRatio, 2)) {
     if (!width || !height) return;
     const { field } = this.run.meta, isSmall = width < SMALL, [left, low, right, high] = this.view = viewOf(field, isSmall ? LEAST : MARGIN);
@@ -78,7 +78,7 @@ export class Top {
     this.on(this.floor.getContext("2d"), () => this.ground());
   }
 
-  /** Draw with another canvas context. */
+  /** Call a function that draws with another canvas context. */
   on(pen, draw) {
     const before = this.pen;
     this.pen = pen;
@@ -94,13 +94,13 @@ export class Top {
     return this.inks.get(name);
   }
 
-  /** Position of a pointer on the field [m]. */
+  /** Return the position of a pointer on the field [m]. */
   placeOf(event) {
     const box = this.canvas.getBoundingClientRect(), k = this.canvas.width / box.width;
     return [((event.clientX - box.left) * k - this.at[0]) / this.scale, (this.at[1] - (event.clientY - box.top) * k) / this.scale];
   }
 
-  /** Text for the field element, the tag or the heat map square under a pointer. */
+  /** Return a text for the heat map square, the tag or the field element at a pointer. */
   nameAt(event) {
     const { outlines, tags } = this.run.meta.field, [x, y] = this.placeOf(event);
     const tag = tags.find((one) => Math.hypot(one[1] - x, one[2] - y) < 0.15);
@@ -112,7 +112,7 @@ export class Top {
     return heat ? `${heat[2]} at x ${heat[0] + 0.25} m, y ${heat[1] + 0.25} m` : tag ? `tag ${tag[0]}` : (outlines.find((one) => isIn(one[2])) ?? [""])[0];
   }
 
-  /** Number of the robot at a pointer, or null. */
+  /** Return the number of the robot at a pointer, or null. */
   robotAt(event, time) {
     const [x, y] = this.placeOf(event), far = this.run.meta.robots.map((_, k) => { const pose = this.run.robot(k, time); return pose ? Math.hypot(pose.place[0] - x, pose.place[1] - y) : 9; });
     const nearest = far.indexOf(Math.min(...far));
@@ -138,7 +138,7 @@ export class Top {
 
   line(x1, y1, x2, y2, stroke, wide) { this.paint({ stroke, wide }, () => this.shape([[x1, y1], [x2, y2]], false)); }
 
-  /** Draw a text at a position with a size [m], but never too small to read. */
+  /** Draw a text at a position [m] with a size [m], or larger if the text would be too small to read. */
   words(x, y, size, text, look = {}) {
     const { pen } = this, { color = "muted", align = "center", bold = false } = look;
     pen.save();
@@ -217,7 +217,7 @@ export class Top {
   turnedPiece(look, x, y, quat, scale) {
     const { pen } = this, [length, width, heading] = rectangle(look.size, quat), cos = scale * Math.cos(heading) / 2, sin = scale * Math.sin(heading) / 2;
     if (look.hole === null) return this.shape([[1, 1], [-1, 1], [-1, -1], [1, -1]].map(([u, v]) => [x + u * length * cos - v * width * sin, y + u * length * sin + v * width * cos]));
-    // a body of revolution: its edge is an ellipse, and so is the hole of a ring
+    // a body of revolution; the edge and the hole of a ring are ellipses
     const [a, b, c, d] = quat, up = Math.abs(1 - 2 * (a * a + b * b)), tilt = Math.atan2(2 * (b * c - d * a), 2 * (a * c + d * b));
     for (const [r, flat] of [[look.size[0] / 2, Math.sqrt(1 - up * up) * look.size[2] / 2], [look.hole, 0]]) {
       if (!r) continue;
@@ -316,7 +316,7 @@ export class Top {
     }
   }
 
-  /** Heat maps by name, each with its color: positions of robots, and ends of missed shots. */
+  /** Return the heat maps with their colors, by name: positions of robots, and ends of missed shots. */
   heatMaps() {
     const { run } = this, { meta } = run, driven = [], fallen = [];
     for (const time of run.groups.robots.times.subarray(0, run.groups.robots.n)) {

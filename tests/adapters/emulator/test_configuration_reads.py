@@ -36,7 +36,7 @@ def group_of(device):
     return FollowerGroup(BuiltDevice("TalonFX", DeviceAddress(device.device_id), device))
 
 
-def test_a_flywheel_is_still_guessed_when_its_first_answers_are_lost(bench):
+def test_a_flywheel_is_guessed_even_if_the_first_configuration_reads_time_out(bench):
     from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
 
     device = Device(bench.talon(5, feedback__sensor_to_mechanism_ratio=1.5, slot0__k_s=0.12), 3)
@@ -46,7 +46,7 @@ def test_a_flywheel_is_still_guessed_when_its_first_answers_are_lost(bench):
     assert device.configurator.asked == sorted(device.configurator.asked) and len(device.configurator.asked) == 4
 
 
-def test_the_error_names_a_silent_device(bench):
+def test_the_error_names_a_device_that_does_not_answer(bench):
     from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
     from simcore.robotcode.makers.phoenix6.talon_motor import is_configured_clockwise
 
@@ -57,8 +57,8 @@ def test_the_error_names_a_silent_device(bench):
         is_configured_clockwise(device)
 
 
-def test_default_friction_stops_an_undriven_guessed_mechanism(bench):
-    """Without kS, 0.2 V: from 12 V it coasts for (12 - 0.2) / 0.2 times its time constant of 50 ms, some 3 s."""
+def test_default_friction_stops_a_coasting_mechanism(bench):
+    """Without kS, friction is 0.2 V: from 12 V it coasts (12 - 0.2) / 0.2 times its time constant of 50 ms: 3 s."""
     from simcore.robotcode.makers.phoenix6.ctre_maker import MAKER
 
     shaft = MAKER.guess(group_of(bench.talon(7))).mechanism

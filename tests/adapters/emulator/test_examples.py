@@ -1,4 +1,4 @@
-"""Control patterns of CTRE's public Python examples, each on a plant: the code that teams copy first must work."""
+"""Control patterns of CTRE's public Python examples, which teams copy first, each on a simulated plant."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 pytestmark = pytest.mark.usefixtures("bench")
 
 
-def test_a_talonfx_in_open_loop_follows_the_stick(bench):
+def test_a_talonfx_in_open_loop_reaches_the_speed_of_its_duty_cycle(bench):
     """TalonFX example: a duty cycle from a joystick, and signals printed now and then."""
     from phoenix6 import controls
 
@@ -23,7 +23,7 @@ def test_a_talonfx_in_open_loop_follows_the_stick(bench):
     assert talon.control_request is request
 
 
-def test_an_arcade_drive_runs_with_an_inverted_right_side_and_followers(bench):
+def test_followers_of_an_arcade_drive_match_the_speed_of_their_leaders(bench):
     """ArcadeDrive and TankDrive: leaders by duty cycle, right side inverted, rear motors as followers."""
     from phoenix6 import controls, signals
 
@@ -73,7 +73,7 @@ def test_velocity_closed_loops_hold_their_speed_in_volts_and_in_amperes(bench):
     assert talon.get_torque_current().value == 0.0
 
 
-def test_position_closed_loops_reach_their_setpoint_with_voltage_and_torque_current_output(bench):
+def test_position_loops_reach_setpoints_with_voltage_and_torque_current_output(bench):
     """PositionClosedLoop: go to ten turns, then brake with StaticBrake."""
     from phoenix6 import configs, controls
 
@@ -184,7 +184,7 @@ def test_control_request_limits_and_limit_switches_stop_one_direction(bench):
     assert not talon.get_sticky_fault_forward_hard_limit().value
 
 
-def test_a_soft_limit_stops_a_mechanism_just_beyond_it(bench):
+def test_a_soft_limit_stops_a_mechanism_just_beyond_the_limit(bench):
     from phoenix6 import controls, signals
 
     talon = bench.talon(
@@ -284,7 +284,7 @@ def test_status_signals_age_until_they_are_refreshed(bench):
     assert not talon.has_reset_occurred
 
 
-def test_a_cancoder_counts_turns_and_can_be_set(bench):
+def test_a_cancoder_counts_turns_and_its_position_can_be_set(bench):
     """CANcoder: position over several turns, absolute position within one, a new position, and magnet health."""
     from phoenix6 import signals
 
@@ -316,7 +316,7 @@ def test_a_pigeon_yaw_is_continuous_and_can_be_set(bench):
     assert math.degrees(getattr(rotation, "z", None) or rotation.Z()) == pytest.approx(144.0, abs=1e-6)
 
 
-def test_a_canrange_detects_with_hysteresis(bench):
+def test_a_canrange_detects_an_object_with_hysteresis(bench):
     """CANrange: it detects closer than 0.4 m, and stays so up to 0.41 m."""
     sensor = bench.device("CANrange", 1)
     seen = []
@@ -363,7 +363,7 @@ def test_a_remote_limit_on_a_canrange_stops_a_roller(bench):
     assert talon.get_motor_voltage().value == 0.0
 
 
-def test_a_sysid_routine_ramps_the_voltage_and_logs(bench):
+def test_a_sysid_routine_ramps_the_voltage_of_its_motor(bench):
     """PhoenixSysId: a slow voltage ramp with its state in the signal log; nothing is written to disk here."""
     from phoenix6 import SignalLogger, controls
 

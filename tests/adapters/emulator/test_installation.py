@@ -1,4 +1,4 @@
-"""Installation of the emulator behind the Phoenix 6 library, and calls that are refused by name."""
+"""Installation of the emulator behind the Phoenix 6 library, and errors that name unsupported calls."""
 
 import ctypes
 import math
@@ -242,7 +242,7 @@ def test_stub_devices_accept_every_call(bench):
     assert talon.get_position().status.is_ok()
 
 
-def test_a_new_position_survives_a_change_of_gear_ratio(bench):
+def test_a_set_position_keeps_its_rotor_count_when_the_gear_ratio_changes(bench):
     """As on CTRE's simulation, setting a position sets the rotor count."""
     from phoenix6 import configs
 

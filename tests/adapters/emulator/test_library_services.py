@@ -1,4 +1,4 @@
-"""Every service that the Python library requests of the native one answers as in CTRE's simulation or is refused."""
+"""Each native function that the Python library calls answers as in CTRE's simulation or is refused."""
 
 import inspect
 import re
@@ -16,7 +16,7 @@ def names(statuses):
 
 
 def test_generated_telemetry_can_write_structs_to_a_log(bench):
-    """CTRE's generated telemetry.py does this 250 times a second."""
+    """CTRE's generated telemetry.py writes structs 250 times a second."""
     from phoenix6 import SignalLogger
     from phoenix6.hoot_schema_type import HootSchemaType
 
@@ -45,7 +45,7 @@ def test_generated_telemetry_can_write_structs_to_a_log(bench):
     assert SignalLogger.stop().is_ok()
 
 
-def test_a_bus_works_without_its_hoot_file(bench):
+def test_devices_on_a_bus_with_a_hoot_file_answer_although_the_file_is_missing(bench):
     """Nearly every generated constants file has `CANBus(name, "./logs/example.hoot")`."""
     from phoenix6 import CANBus, HootReplay, hardware
 
@@ -71,7 +71,7 @@ def test_an_orchestra_accepts_every_call_and_makes_no_sound(bench):
 
 
 @pytest.mark.parametrize("name", DEVICES)
-def test_every_method_without_arguments_of_a_device_answers(bench, name):
+def test_every_device_method_without_arguments_returns_a_valid_value(bench, name):
     device = bench.device(name, 9)
     bench.emulator.step(0.02)
     called = 0

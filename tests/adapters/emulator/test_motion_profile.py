@@ -71,7 +71,7 @@ def test_an_exponential_profile_stays_within_the_voltage_of_its_motor(goal, v0, 
     assert (profile.p, profile.v) == (goal, 0.0)
 
 
-def test_an_exponential_profile_starts_like_its_motor():
+def test_an_exponential_profile_accelerates_like_its_motor_at_12_volts():
     """v = 12 / kV (1 - exp(-t kV / kA))."""
     profile = Expo()
     for k in range(1, 101):

@@ -21,7 +21,7 @@ def put_out(bench, talon, request, seconds=0.04):
     ],
 )
 def test_an_open_loop_ramp_rises_at_its_rate_and_restarts_after_neutral(bench, unit, request_of, full, read):
-    """Full scale within the ramp's time: 12 V, duty cycle 1, 300 A."""
+    """The output reaches full scale within the ramp's time: 12 V, duty cycle 1 or 300 A."""
     from phoenix6 import controls
 
     period = 1.0
@@ -131,7 +131,7 @@ def test_continuous_wrap_turns_in_the_shorter_direction(bench, at, goal, error):
 
 
 def test_an_integral_term_follows_its_equation_and_resets_when_disabled(bench):
-    """kI e t; kept when the goal changes, reset by another kind of request or by disabling."""
+    """The term is kI e t; it is kept when the goal changes and reset by another kind of request or by disabling."""
     from phoenix6 import controls
 
     talon = bench.talon(slot0__k_i=1.0)

@@ -30,7 +30,7 @@ def simulated():
 
 @pytest.mark.parametrize("name", RECORDED["figures"])
 def test_a_request_moves_its_plant_as_in_ctres_simulation(simulated, name):
-    """t90 within 20 ms (30 ms at a supply limit), overshoot within 3 % and final value within 0.5 % of the step."""
+    """t90 agrees within 20 ms (30 at a supply limit), overshoot within 3 % and final value within 0.5 % of the step."""
     real, ours = RECORDED["figures"][name], simulated["figures"][name]
     assert not compare.misses(name, real, ours), (real, ours)
 
@@ -75,7 +75,7 @@ def test_emulated_devices_stay_within_their_time_budget():
 
 @pytest.mark.parametrize("row", RECORDED["held"], ids=lambda row: f"{row['request']} {row['args']} at {row['rps']} rps")
 def test_a_locked_rotor_has_the_recorded_voltage_and_current(bench, row):
-    """Within a step of the simulated current sensor and the oscillation of its limiter: 3 A or 2 %."""
+    """The current is within a step of the simulated sensor and the oscillation of its limiter: 3 A or 2 %."""
     from phoenix6 import controls, signals
 
     enums = {"motor_output.neutral_mode": signals.NeutralModeValue}

@@ -1,4 +1,4 @@
-"""Equal ids on two buses are two devices, and a lookup by id finds the device on its own bus."""
+"""Devices with equal ids on two buses are separate, and a lookup by id finds the device on its own bus."""
 
 import pytest
 
@@ -15,7 +15,7 @@ def on(bench):
     return make
 
 
-def test_two_motors_with_one_id_move_independently(bench, on):
+def test_two_motors_with_equal_ids_on_two_buses_move_independently(bench, on):
     from phoenix6 import configs, controls
 
     own, far = on("rio", "TalonFX", 3, slot0__k_p=1.5), on("canivore", "TalonFX", 3, slot0__k_p=9.0)
@@ -70,7 +70,7 @@ def test_a_remote_encoder_is_looked_up_on_the_controllers_bus(bench, on):
     assert [t.get_position().value for t in talons] == pytest.approx([0.125, -0.25], abs=1e-3)
 
 
-def test_equal_ids_on_two_buses_are_separate_devices(bench, on):
+def test_devices_with_equal_ids_on_two_buses_are_separate(bench, on):
     gyros = [on(bus, "Pigeon2", 1) for bus in ("rio", "canivore")]
     ranges = [on(bus, "CANrange", 1) for bus in ("rio", "canivore")]
     small = [on(bus, "TalonFXS", 1) for bus in ("rio", "canivore")]

@@ -1,4 +1,4 @@
-"""Same program as arm.cpp."""
+"""RobotPy version of arm.cpp."""
 
 import wpilib
 

@@ -1,4 +1,4 @@
-"""Same program as elevator.cpp."""
+"""RobotPy version of elevator.cpp."""
 
 import wpilib
 

@@ -1,4 +1,4 @@
-"""Program with a mishap of choice: `mishaps.py WHAT`."""
+"""Robot program that fails in the way that its argument names: `mishaps.py WHAT`."""
 
 import os
 import signal

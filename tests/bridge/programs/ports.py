@@ -1,4 +1,4 @@
-"""Program that uses every kind of port and prints its readings in its last loop."""
+"""Robot program that uses every kind of port and prints its readings in loop 100."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Same program as swerve.cpp."""
+"""RobotPy version of swerve.cpp."""
 
 import math
 

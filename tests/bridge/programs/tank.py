@@ -1,4 +1,4 @@
-"""Same program as examples/cpp_tank."""
+"""RobotPy version of examples/cpp_tank."""
 
 import wpilib
 from wpimath.controller import PIDController

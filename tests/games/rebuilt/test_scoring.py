@@ -109,7 +109,7 @@ def test_the_match_lasts_two_minutes_forty_plus_a_three_second_pause():
         ("red", 165.9, "off"), ("red", 166.0, "purple"),
     ],
 )  # fmt: skip
-def test_a_hubs_lights_pulse_for_three_seconds_before_it_goes_inactive(alliance, time, light):
+def test_the_lights_of_a_hub_pulse_for_three_seconds_before_the_hub_goes_inactive(alliance, time, light):
     """Table 5-3."""
     assert hubs("blue").light(alliance, time) == light
 
@@ -119,7 +119,7 @@ def test_both_hubs_always_count_in_practice_mode():
     assert all(made.period(a, t) != UNCOUNTED for a in ALLIANCES for t in (10.0, 50.0, 75.0, 200.0))
 
 
-def test_ranking_point_thresholds_depend_on_the_event():
+def test_the_default_ranking_point_thresholds_are_100_360_and_50():
     assert (EventSettings().energized, EventSettings().supercharged, EventSettings().traversal) == (100, 360, 50)
     with pytest.raises(ConfigError, match="energized"):
         EventSettings(energized=-1)
@@ -168,11 +168,11 @@ def pin(seconds: float, *, away: float = 0.0, gap: float = 0.0, counts: PinCount
     ("seconds", "fouls"),
     [(2.98, []), (3.1, [0]), (9.1, [0, 1, 2])],
 )
-def test_g418_a_pin_is_a_foul_after_three_seconds_and_every_three_seconds_from_then_on(seconds, fouls):
+def test_g418_every_three_seconds_of_a_pin_count_as_a_foul(seconds, fouls):
     assert pin(seconds) == fouls
 
 
-def test_g418_a_pin_count_continues_until_robots_are_six_feet_apart_for_three_seconds():
+def test_g418_a_pin_count_ends_once_robots_are_six_feet_apart_for_three_seconds():
     counts = PinCounts()
     assert pin(2.0, away=1.9, gap=2.0, counts=counts) == [] and pin(1.2, counts=counts) == [0]
     counts = PinCounts()

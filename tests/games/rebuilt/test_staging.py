@@ -40,7 +40,7 @@ def test_preloads_of_absent_robots_are_staged_in_the_neutral_zone(robots, fuel):
 
 
 def test_the_full_block_measures_206_by_72_inches_around_the_field_center():
-    """Between the outer sides of the outermost fuel, within the jitter of 1 mm and 0.09 in of play."""
+    """The block is measured between the outer sides of the outermost fuel; jitter is 1 mm and play 0.09 in."""
     places = neutral_places(408, rng())
     low, high = places.min(axis=0) - RADIUS, places.max(axis=0) + RADIUS
     assert high[1] - low[1] == pytest.approx(inches(206.0), abs=0.005)

@@ -1,4 +1,4 @@
-"""Sticks and buttons of a person drive a robot as seen from its driver station."""
+"""A person's sticks and buttons drive a robot in the frame of its driver station."""
 
 import math
 from dataclasses import replace
@@ -64,8 +64,8 @@ def test_a_robot_stops_when_no_person_drives():
         assert math.hypot(*match.robots[0].chassis.vel[:2]) < 0.05
 
 
-def test_a_robot_starts_from_rest_after_robots_were_disabled():
-    """With the sticks pushed when it is enabled again, acceleration stays within the configured one."""
+def test_a_robot_accelerates_from_rest_after_it_was_disabled():
+    """The sticks are pushed when the robot is enabled again; acceleration stays within the configured limit."""
     match, person = driven()
     with match:
         person.wants = DriverInput(ahead=1.0)
@@ -80,7 +80,7 @@ def test_a_robot_starts_from_rest_after_robots_were_disabled():
         assert 0.1 < robot.chassis.speed < 0.1 * controller.settings.acceleration + 0.05
 
 
-def test_an_action_runs_while_its_button_is_held_and_overrides_sticks_only_if_it_steers():
+def test_an_action_runs_while_held_and_overrides_the_sticks_only_if_it_steers():
     seen = []
 
     def count(robot):

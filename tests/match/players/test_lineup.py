@@ -1,4 +1,4 @@
-"""Line-ups as typed by users: players, alliances and refusals."""
+"""Lineups as typed by users: players, alliances and refusals."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -33,7 +33,7 @@ GAME = replace(
 )
 
 
-def test_a_line_up_begins_with_me_or_otherwise_with_blue():
+def test_a_line_up_lists_me_first_and_otherwise_blue_before_red():
     assert lineup(GAME, red="taker:4, waiter", blue="taker") == (
         Seat("blue", "taker", 2),
         Seat("red", "taker", 4),
@@ -58,7 +58,7 @@ def test_a_line_up_begins_with_me_or_otherwise_with_blue():
         ("taker,", "", "no role of bare named ''"),
     ],
 )
-def test_the_error_for_an_invalid_line_up_lists_the_valid_choices(red, blue, problem):
+def test_the_error_for_an_invalid_line_up_names_the_mistake(red, blue, problem):
     with pytest.raises(ConfigError if "role" not in problem else UnknownNameError) as caught:
         lineup(GAME, red=red, blue=blue)
     assert problem in str(caught.value)

@@ -1,4 +1,4 @@
-"""Routes take the shortest way around field elements, at a robot's width from them and from other robots."""
+"""Routes are short paths that keep the robot clear of field elements and of other robots."""
 
 import math
 from itertools import pairwise
@@ -35,7 +35,7 @@ def test_a_route_in_the_open_or_under_a_gate_is_a_straight_line():
 
 
 def test_a_route_around_a_wall_is_as_long_as_the_tangents_to_its_end():
-    """Two tangents to circles of 0.6 m about the corners of the wall's end, the arcs, and its 0.2 m of thickness.
+    """The way is two tangents to circles of 0.6 m about the corners of the wall's end, the arcs, and 0.2 m between.
 
     The grid's steps of 45 degrees may make it 8 % longer.
     """
@@ -55,7 +55,7 @@ def test_a_route_avoids_other_robots_except_a_robot_at_its_goal():
     assert routes.route(start, goal, [(8.3, 4.0)]) == [goal]
 
 
-def test_a_red_route_is_the_flipped_blue_route():
+def test_a_red_route_is_as_long_and_as_clear_as_the_flipped_blue_route():
     blue, red = route_map(WALL), route_map(WALL, flipped=True)
     start, goal = (6.1, 2.1), (10.1, 1.7)
     seen_start, seen_goal = ((16.0 - x, 8.0 - y) for x, y in (start, goal))
@@ -69,7 +69,7 @@ def test_a_route_leads_out_of_an_obstacle():
     assert way[-1] == (5.0, 1.0)
 
 
-def test_the_map_distinguishes_ramps_and_free_areas():
+def test_the_map_reports_which_places_are_ramps_and_which_are_free():
     routes = route_map(WALL, RAMP, drivable=("ramp",))
     assert routes.is_ramp((11.5, 4.0)) and not routes.is_ramp((10.5, 4.0))
     assert routes.is_free((11.5, 4.0)) and routes.is_free((4.0, 4.0))

@@ -1,4 +1,4 @@
-"""QuestNav's messages, byte for byte as Google's protobuf writes them from QuestNav's own descriptions."""
+"""Messages equal, byte for byte, those that Google's protobuf writes from QuestNav's descriptions."""
 
 import math
 
@@ -56,11 +56,11 @@ def test_an_invalid_command_is_answered_with_the_reason(data, problem):
 
 
 @each("data", [b"\xff\xff", b"\x52\x7f", b"\x0b", b"\x08" + b"\x80" * 12])
-def test_an_invalid_message_is_refused(data):
+def test_an_invalid_headset_message_is_refused(data):
     with pytest.raises(ConfigError, match="QuestNav message"):
         read_command(data)
 
 
-def test_large_and_negative_numbers_keep_their_values():
+def test_a_large_frame_number_is_encoded_as_a_varint():
     frame = QuestFrame(2**31 - 1, math.pi, (0.0, -1e9, 1e-9), (0.0, 0.0, 0.0, 1.0))
     assert frame_message(frame).startswith(b"\x08\xff\xff\xff\xff\x07")

@@ -1,4 +1,4 @@
-"""What modules report of their sensors as these are moved: at once, after their own update, or never."""
+"""Values that swerve modules report after their sensors move: at once, after an update, or never."""
 
 import math
 from types import SimpleNamespace
@@ -75,7 +75,7 @@ def test_the_probe_measures_modules_that_read_sensors_directly_or_in_an_update(k
     assert modules[0].updates == 0 or kind is Kept  # nothing is called without need
 
 
-def test_a_module_without_sensors_differs_from_a_module_without_answers():
+def test_a_module_whose_update_fails_is_found_deaf_and_one_without_a_position_is_not():
     assert all(belief.is_deaf for belief in probed(Deaf()))
     silent = SimpleNamespace(ports=Live().ports)
     assert not any(belief.is_deaf for belief in probed(silent))

@@ -55,7 +55,7 @@ def planned(tmp_path):
 
 
 def test_a_maxswerve_module_is_recognized_by_its_ratio(tmp_path):
-    """pi 3 in / 4.71 m a turn, and an encoder wired to the steer motor: REV's wheels, gears and NEO 550."""
+    """It has pi 3 in / 4.71 m a turn and an encoder wired to the steer motor: REV's wheels, gears and NEO 550."""
     found = complete_measures(swerve(math.pi * 0.0762 / 4.71, wired=True), RobotSettings(), tmp_path)
     assert found.measure("wheel_radius") == pytest.approx(0.0381) and found.measure("drive_gearing") == pytest.approx(
         4.71
@@ -73,7 +73,7 @@ def test_wheel_radius_and_gearing_give_the_distance_per_motor_turn_in_the_progra
 
 @each(("unit", "size"), [("inches", 0.0254), ("centimeters", 0.01), ("millimeters", 0.001)])
 def test_a_tank_drive_may_count_distance_in_another_unit(tmp_path, unit, size):
-    """Wheels of 6 in at 8.45:1; the unit follows from the usual speed of robots."""
+    """Wheels are 6 in at 8.45:1; the unit follows from the usual speed of robots."""
     way = math.tau * 0.0762 / 8.45
     found = replace(swerve(way / size), kind="tank")
     known = complete_measures(found, RobotSettings(), tmp_path)
@@ -84,7 +84,7 @@ def test_a_tank_drive_may_count_distance_in_another_unit(tmp_path, unit, size):
 @each(("unit", "size"), [("meters", 1.0), ("inches", 0.0254), ("millimeters", 0.001)])
 @each("half", [0.25, 0.6])
 def test_wheel_positions_are_converted_to_meters(unit, size, half):
-    """For robots 0.5 and 1.2 m wide: 10 to 24 in, 250 to 600 mm."""
+    """Robots are 0.5 and 1.2 m wide, so wheels are 10 to 24 in or 250 to 600 mm off the center."""
     found = swerve(None)
     wheels = tuple(
         replace(wheel, place=tuple(math.copysign(half / size, c) for c in wheel.place)) for wheel in found.wheels
@@ -101,7 +101,7 @@ def test_a_motor_with_and_without_foc_counts_as_one_model(planned):
         assert len(complete_measures(said, RobotSettings(), planned(driveMotorType="krakenX60")).differences) == count
 
 
-def test_settings_override_an_implausible_distance(planned):
+def test_pathplanner_settings_override_an_implausible_distance_per_motor_turn(planned):
     """0.5 m a turn of the motor would be 47 m/s: it was not measured on the robot."""
     found = complete_measures(swerve(0.5), RobotSettings(), planned())
     assert (found.measure("drive_gearing"), found.measure("wheel_radius")) == (5.9, 0.048)
@@ -166,15 +166,15 @@ def test_settings_that_are_not_json_are_ignored(tmp_path, caplog):
     assert project_measures(tmp_path) == [] and "is not read" in caplog.text
 
 
-def test_an_implausible_distance_is_reported(tmp_path):
-    """At a NEO's 5676 rpm: 4.3 m/s; 13 without the wheel's circumference, 0.17 with the gearing applied twice."""
+def test_an_implausible_distance_per_motor_turn_is_reported(tmp_path):
+    """A NEO's 5676 rpm give 4.3 m/s, 13 without the wheel's circumference, and 0.17 with the gearing applied twice."""
     assert not any("m/s" in text for text in complete_measures(swerve(0.0455), RobotSettings(), tmp_path).differences)
     for way in (1.0 / 7.36, 0.0018):
         (text,) = complete_measures(swerve(way), RobotSettings(), tmp_path).differences
         assert f"{5676 / 60 * way:.3g} m/s at its free speed" in text and "circumference" in text
 
 
-def test_wheel_turns_are_not_taken_as_meters(tmp_path):
+def test_a_conversion_factor_to_wheel_turns_is_not_read_as_meters(tmp_path):
     """1 / 8.45 m a turn would be 11 m/s; nothing is reported for a tank drive, whose odometry may multiply."""
     way = {"meters_per_rotor_turn": Measure(1.0 / 8.45, "conversion factor")}
     sides = tuple(FoundWheel(name=n, place=(0.0, y), motors=(SPARK,)) for n, y in (("left", 0.3), ("right", -0.3)))
@@ -211,7 +211,7 @@ def test_the_forward_direction_is_a_guess_unless_the_file_gives_it(said, tmp_pat
     assert done.measures["reversed"].is_guess == (said is None)
 
 
-def test_a_short_distance_means_smaller_wheels(tmp_path):
+def test_a_short_distance_per_motor_turn_means_smaller_wheels(tmp_path):
     """With usual wheels, 12 mm a turn would need 27:1, more than any gears; with wheels of 3 in it is 20:1."""
     found = complete_measures(swerve(0.012), RobotSettings(), tmp_path)
     assert found.measure("wheel_radius") == pytest.approx(0.0381) and found.measures["wheel_radius"].is_guess

@@ -1,4 +1,4 @@
-"""Table of makers: the names of a program's devices, which are the same in simcore.toml."""
+"""Table of makers: device names in programs and in simcore.toml, and records of built devices."""
 
 import gc
 import subprocess

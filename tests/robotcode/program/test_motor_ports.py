@@ -74,7 +74,7 @@ def test_swerve_voltages_are_read_from_the_motors_and_every_sensor_gets_the_moti
 
 @pytest.mark.parametrize(("coasts", "slows"), [(True, False), (False, True)])
 def test_zero_volts_brake_or_coast_according_to_the_controllers_neutral_mode(coasts, slows):
-    """When it brakes from 20 rad/s of the wheel, the motor carries current; when it coasts, only friction is left."""
+    """A motor that brakes from 20 rad/s of the wheel carries current; a coasting motor carries none."""
     drive = swerve(drive_friction_volts=0.0)
     motors = [Controller(0.0, coasts) for _ in range(8)]
     ports = SwervePorts(drive, [c.port for c in motors[:4]], [c.port for c in motors[4:]], steer_encoders=[None] * 4)

@@ -1,4 +1,4 @@
-"""The watch reports faults of odometry, but not where cameras, people or resets move the belief or the robot."""
+"""The watch reports odometry faults, but no errors after camera corrections, resets or moves by people."""
 
 import logging
 import math
@@ -116,7 +116,7 @@ def test_a_fault_at_constant_heading_is_reported_with_its_cause(name, caplog):
     assert len(said) == 1 and cause in said[0]
 
 
-def test_errors_while_disabled_after_a_reset_or_corrected_by_cameras_are_not_faults(caplog):
+def test_errors_while_disabled_or_after_a_reset_or_camera_correction_are_not_faults(caplog):
     assert _watched([(BEGIN, p) for p in TRUTH], caplog, disabled=len(TRUTH)) == []
     elsewhere = [*TRUTH[:78], *list(_path((10.0, 1.0, 2.0)))[78:]]  # three ticks after the request
     assert _watched(list(zip(elsewhere, TRUTH, strict=True)), caplog, reset=75) == []

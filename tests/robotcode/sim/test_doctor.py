@@ -41,14 +41,14 @@ def test_an_unsupported_python_version_is_reported_with_advice(version, level, a
         ({"wpilib": "2026.2.2"}, "warn", "runs from a folder and is not installed"),
     ],
 )
-def test_versions_of_two_seasons_are_reported(installed, level, words):
+def test_mixed_seasons_and_missing_packages_are_reported_with_advice(installed, level, words):
     found = doctor.check_versions(installed)
     assert found.level == level and words in found.text
     assert bool(found.advice) == (level != "ok") and "\n" not in found.text + found.advice
 
 
-def test_a_library_that_fails_to_load_names_mixed_seasons(monkeypatch):
-    """For a library that is not there at all, the command that installs it is given."""
+def test_the_error_for_a_library_that_fails_to_load_names_mixed_seasons(monkeypatch):
+    """For a missing library, the error gives the command that installs it."""
     monkeypatch.setattr(season, "import_module", lambda name: importlib.import_module(f"{name}_is_not_there"))
     mixture = {"wpilib": "2026.2.2", "pyntcore": "2027.0.0a7"}
     monkeypatch.setattr(
@@ -122,7 +122,7 @@ def parsed(*words: str) -> argparse.Namespace:
     return parser.parse_args(words)
 
 
-def test_the_command_runs_on_this_computer(tmp_path, capsys):
+def test_doctor_checks_this_computer_and_advises_on_every_finding_that_is_not_ok(tmp_path, capsys):
     status = doctor.run(parsed("--json", "--folder", str(tmp_path)))
     report = json.loads(capsys.readouterr().out)
     levels = {row["check"]: row["level"] for row in report["findings"]}

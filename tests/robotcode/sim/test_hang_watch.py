@@ -1,4 +1,4 @@
-"""Time that counts for a program that hangs: its work and its waiting, but not its delay by a busy computer."""
+"""The hang watch counts the time in which a program works or waits, but no delay by a busy computer."""
 
 from __future__ import annotations
 

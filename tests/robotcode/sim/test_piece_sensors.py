@@ -1,4 +1,4 @@
-"""Times at which a sensor sees the pieces that a robot holds."""
+"""Times at which a sensor detects the pieces that a robot holds."""
 
 from types import SimpleNamespace
 
@@ -74,7 +74,7 @@ def test_a_sensor_detects_a_piece_only_while_the_piece_passes(place):
     assert (seen_in, seen_out) == ((passing, not_passing) if place == "intake" else (not_passing, passing))
 
 
-def test_a_claw_sensor_sees_its_piece_and_no_piece_passes_on_internal_moves():
+def test_a_piece_that_moves_into_the_claw_triggers_only_the_claw_sensor():
     robot = Robot(1)
     claw, shooter = eye(robot, "claw"), eye(robot, "shooter")
     assert not claw.look() and not shooter.look()

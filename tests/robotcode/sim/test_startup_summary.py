@@ -31,7 +31,7 @@ def test_many_devices_of_every_kind_fit_on_one_screen():
         assert expected in text, expected
 
 
-def test_pieces_without_an_intake_are_reported():
+def test_a_missing_intake_is_reported():
     lines = StartupSummary(robot="Robot", drivetrain="TalonFX 1-8", pushed="fuel").lines()
     assert any("intake       not described: fuel is pushed, not taken in" in line for line in lines)
     assert not any("intake" in line for line in StartupSummary(robot="Robot", drivetrain="TalonFX 1-8").lines())

@@ -1,8 +1,8 @@
-"""Studica's navX, with clockwise positive yaw, and navX3, as read by robot code through Studica's library.
+"""Simulated Studica gyros for robot code that uses Studica's library: navX, with clockwise positive yaw, and navX3.
 
 The library reads a navX's SimDevice on its own thread, 50 times a second on the wall clock. This module therefore
-answers robot code's calls, in real and in simulated time, and also writes the SimDevice for other readers.
-Displacement, velocity, accelerometer and compass are not simulated.
+provides the return values of robot code's calls, in real and in simulated time. The module also writes the SimDevice,
+for other readers. Displacement, velocity, accelerometer and compass are not simulated.
 
 navX axes: x right, y forward, z up; pitch is positive nose up, roll left side down, yaw clockwise. Source: Studica's
 navX-MXP manual, "Orientation", for a board that lies flat.
@@ -28,7 +28,7 @@ __all__ = ["MAKER", "Navx3Port", "NavxPort"]
 
 
 class NavxPort:
-    """Simulated side of one `AHRS`.
+    """Port of one navX, the `AHRS` object of robot code.
 
     `reset()` and `zeroYaw()` zero yaw and angle, but not quaternion and fused heading.
 
@@ -78,7 +78,7 @@ class NavxPort:
         return Quaternion(q.W(), -q.Y(), q.X(), q.Z())
 
     def zero(self) -> None:
-        """Zero yaw and angle."""
+        """Set the yaw to zero, and the angle to the adjustment."""
         self._zero = self._turned
 
     def adjust(self, adjustment: float) -> None:
@@ -92,7 +92,7 @@ _NAVX3_QUATERNIONS = ("Quaternion6", "Quaternion9")
 
 
 class Navx3Port:
-    """Simulated side of one `Navx` (navX3), counter-clockwise positive like `Navx.getRotation2D`.
+    """Port of one navX3, the `Navx` object of robot code; counter-clockwise positive like `Navx.getRotation2D`.
 
     The library reads the SimDevice without delay; `resetYaw()` zeroes the yaw but not the continuous angle. The other
     axes are assumed to match the robot axes: x forward, y left.
@@ -123,7 +123,7 @@ class Navx3Port:
                 value.set(part)
 
     def zero(self) -> None:
-        """Zero the yaw, but not the continuous angle."""
+        """Set the current yaw to zero, but not the continuous angle."""
         self._zero = self._turned
 
 
@@ -190,4 +190,4 @@ class _Studica(Maker):
 
 
 MAKER = _Studica()
-"""Studica's entry in `simcore.robotcode.program.makers`."""
+"""`Maker` of Studica's gyros, for `simcore.robotcode.program.makers`."""

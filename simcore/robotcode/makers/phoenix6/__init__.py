@@ -1,4 +1,4 @@
-"""Adapters to CTRE's Phoenix 6 devices: physics writes the devices' simulated state and reads their volts."""
+"""Adapters to CTRE's Phoenix 6 devices: physics writes the simulated state and reads the motor voltages."""
 
 from importlib.metadata import PackageNotFoundError, version
 

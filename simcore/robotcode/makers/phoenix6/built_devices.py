@@ -1,6 +1,6 @@
-"""CTRE devices that the robot program builds, their addresses and configurations, and a guard on their simulated state.
+"""CTRE devices that the robot program builds, with addresses and configurations, and a check of simulation writes.
 
-Recording starts when this module is imported, which is before the robot is built.
+Recording starts at the import of this module, before the robot object is built.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ MODELS: dict[str, Any] = {
     model: getattr(hardware, model)
     for model in ("TalonFX", "TalonFXS", "CANcoder", "CANdi", "CANdle", "CANrange", "Pigeon2")
 }
-"""Device class in robot code, by model."""
+"""Phoenix 6 class of each model of device."""
 DEVICES = BuiltDevices()
 """Devices that the program has built, without placeholders such as `TalonFX.none()`, whose ID is negative."""
 MOTORS_OF_TALON_FXS = {
@@ -48,7 +48,7 @@ MOTORS_OF_TALON_FXS = {
     "VORTEX_JST": "NEO Vortex",
     "BRUSHED_DC": "CIM",
 }
-"""Motor of a TalonFXS by the configured motor arrangement; a CIM stands for every brushed motor."""
+"""Motor of a TalonFXS by the configured motor arrangement; simcore models every brushed motor as a CIM."""
 
 
 _ROTOR = ("set_raw_rotor_position", "add_rotor_position", "set_rotor_velocity")
@@ -82,7 +82,7 @@ _simulated: weakref.WeakKeyDictionary[Any, DeviceKey] = weakref.WeakKeyDictionar
 
 
 def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
-    """Ask `may_write` before each write of a team's own simulation to a device; see `Maker.watch_simulations`."""
+    """Check each write of a team's own simulation to a device with `may_write`; see `Maker.watch_simulations`."""
     for cls, names in _SETTERS.values():
         after_call(cls, "__init__", _note_simulation)
         for name in names:
@@ -129,7 +129,7 @@ PATIENCE = (0.05, 0.1, 0.25, 0.5, 1.0)
 
 
 def read_configuration(device: Any, config: Any) -> None:
-    """Fill a configuration object, or one group of it, from the device; retry if the device does not respond.
+    """Fill a configuration, or one group of settings, from the device; retry if the device does not respond.
 
     Args:
         device: Device object of robot code.
@@ -166,16 +166,16 @@ def talon_configuration(device: Any, model: str) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Feedback:
-    """Feedback sensor configuration of a motor controller."""
+    """Settings of the sensor that a motor controller uses for feedback."""
 
     source: str
     """Feedback source in CTRE's spelling: `ROTOR_SENSOR`, `FUSED_CANCODER`."""
     rotor_per_sensor: float
     """Rotor turns per sensor turn [-]; 1 for the rotor sensor."""
     sensor_per_mechanism: float
-    """Sensor turns per mechanism turn, the unit that robot code reads [-]."""
+    """Sensor turns per turn of the mechanism, which robot code reads as one rotation [-]."""
     remote_id: int
-    """CAN ID of a remote sensor."""
+    """CAN ID of a remote sensor; not used with other feedback sources."""
 
     @property
     def on_rotor(self) -> bool:
@@ -184,7 +184,7 @@ class Feedback:
 
     @property
     def ratio(self) -> float:
-        """Rotor turns per mechanism turn, the unit that robot code reads [-]."""
+        """Rotor turns per turn of the mechanism, which robot code reads as one rotation [-]."""
         return self.rotor_per_sensor * self.sensor_per_mechanism
 
 

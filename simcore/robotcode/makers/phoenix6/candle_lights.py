@@ -1,7 +1,7 @@
 """LED state of a CANdle from robot code's requests: color of each LED, and a description.
 
-Neither CTRE's simulation nor the emulator models the LEDs, so calls of `set_control` are recorded here. CTRE does not
-document whether a solid color or an animation wins on the same LEDs; here the animation wins.
+Neither CTRE's simulation nor the emulator models the LEDs, so this module records calls of `set_control`. CTRE does not
+document whether a solid color or an animation takes precedence on the same LEDs. In this module, the animation does.
 """
 
 from __future__ import annotations

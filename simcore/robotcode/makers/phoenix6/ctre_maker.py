@@ -47,7 +47,7 @@ _MOST_VOLTS = 1.0  # [V], largest plausible kS or kG; larger gains are in ampere
 
 
 class CtreDrivetrain:
-    """CTRE's `SwerveDrivetrain`, with its own control loops, as a `MakersDrivetrain`.
+    """Drivetrain that CTRE's `SwerveDrivetrain` controls with its own loops; implements `MakersDrivetrain`.
 
     Args:
         drivetrain: `SwerveDrivetrain`, possibly of a derived class.
@@ -95,7 +95,7 @@ class CtreDrivetrain:
         )
 
     def connect(self, drive: Any) -> swerve.SwerveDrivetrainSim:
-        """Return a connection of the drivetrain's devices to the swerve model `drive`."""
+        """Connect the drivetrain's devices to the swerve model `drive`, and return the ports."""
         return swerve.SwerveDrivetrainSim(self._drivetrain, drive)
 
 
@@ -135,7 +135,7 @@ _WIRED = ("QUADRATURE", "PULSE_WIDTH")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess(GuessedMechanism):
-    """Guessed mechanism of a group of Talons."""
+    """Guessed mechanism of a group of Talons, with the settings that the connection needs."""
 
     inverted: bool
     """Whether the leader is configured as `CLOCKWISE_POSITIVE`."""
@@ -280,7 +280,11 @@ def _connected(group: FollowerGroup, mechanism: ShaftSim, mounting: Mounting, **
 
 
 def _leader(device: BuiltDevice) -> tuple[Any, bool]:
-    """Return the leader's model and address, or None without a follower request, and whether the device is opposed."""
+    """Return the leader's model and address, and whether the device turns opposite to the leader.
+
+    The first value is None without a follower request. The function assumes that the leader is the same model as the
+    device.
+    """
     request = device.hardware.control_request
     leader = getattr(request, "leader_id", None) if request.name in ("Follower", "StrictFollower") else None
     is_opposed = getattr(getattr(request, "motor_alignment", None), "name", "ALIGNED") == "OPPOSED"
@@ -307,9 +311,9 @@ def _arm(device: BuiltDevice, config: Any) -> tuple[float, float]:
 
 
 def _gain_volts(gearbox: GearboxConfig, gain: float) -> float:
-    """Return a kS or kG gain in volts; a gain above 1 is taken as amperes and multiplied by the resistance."""
+    """Return a kS or kG gain in volts; a gain above 1 counts as amperes, times the resistance."""
     return float(gain) if abs(gain) <= _MOST_VOLTS else float(gain) * gearbox.resistance
 
 
 MAKER = _Ctre(DEVICES)
-"""CTRE's entry in `simcore.robotcode.program.makers`."""
+"""`Maker` of CTRE's devices, for `simcore.robotcode.program.makers`."""

@@ -1,4 +1,4 @@
-"""CTRE's unmodified `SwerveDrivetrain` on simcore's swerve model.
+"""Connection of CTRE's unmodified `SwerveDrivetrain` to simcore's swerve model.
 
 The drivetrain object keeps its own control loops, odometry thread and pose estimate. As on a real robot, the inputs are
 rotor positions, CANcoders and the Pigeon 2, never a pose.
@@ -85,7 +85,7 @@ def _show_straight_ahead(module: Any, constants: Any) -> None:
 
 
 def _azimuth(module: Any, c: Any) -> AnglePort | None:
-    """Return the steer CANcoder or CANdi of a module, configured from the module constants, or None without one.
+    """Return the port of a module's steer CANcoder or CANdi; None for an encoder wired to the motor controller.
 
     Raises:
         ConfigError: The constants give no CANdi pin.
@@ -97,7 +97,7 @@ def _azimuth(module: Any, c: Any) -> AnglePort | None:
 
 
 def _pin(c: Any) -> int:
-    """Return the CANdi pin of the steer encoder, or 0 without one."""
+    """Return the CANdi pin of the steer encoder, or 0 without a CANdi."""
     name = str(getattr(getattr(c, "feedback_source", None), "name", ""))
     return int(name[-1]) if "CANDI_PWM" in name else 0
 
@@ -137,7 +137,7 @@ record_class(SwerveModule, _note_module)
 
 
 _RESETS = PoseResets()
-"""Pose resets by robot code on every drivetrain."""
+"""Record of the pose resets that robot code makes on all drivetrains."""
 
 
 def _heading(drivetrain: Any, rotation: Any = None) -> float:
@@ -188,7 +188,7 @@ def known_drivetrains() -> list[Any]:
 
 
 def only_drivetrain() -> Any:
-    """Return the drivetrain that the program has built, or the last one of several on the same devices.
+    """Return the drivetrain that the program has built, or the last of several on the same devices.
 
     Raises:
         ConfigError: The program has built no drivetrain, or drivetrains on different devices.
@@ -227,9 +227,9 @@ def swerve_config(
 ) -> SwerveConfig:
     """Return the model configuration of a drivetrain from its `SwerveModuleConstants`.
 
-    The constants give module positions, gear ratios, coupling, wheel radius, motors and current limits. Inertias and
-    friction voltages are ignored on purpose: Tuner X fills them with placeholders (0.01 kg m^2, 0.2 V) that describe no
-    real robot. Mass and bumper size are not part of the constants.
+    The constants give module positions, gear ratios, coupling, wheel radius, motors and current limits. The function
+    ignores inertias and friction voltages on purpose: Tuner X fills these constants with placeholders (0.01 kg m^2,
+    0.2 V) that describe no real robot. Mass and bumper size are not part of the constants.
 
     Args:
         drivetrain: `SwerveDrivetrain`, possibly of a derived class.
@@ -333,8 +333,8 @@ def _limits(configs: object) -> tuple[float | None, float | None]:
 class SwerveDrivetrainSim(SwervePorts):
     """Devices of a CTRE swerve drivetrain: the motors' volts drive the model, whose motion sets the sensors.
 
-    `update_sim_state` is replaced with an empty function, because Tuner X's class calls it from a 250 Hz Notifier,
-    and the model must be stepped only once.
+    The constructor replaces `update_sim_state` of the drivetrain with an empty function. Tuner X's class calls this
+    method from a 250 Hz Notifier, but physics alone must step the model.
 
     Args:
         drivetrain: `SwerveDrivetrain`, possibly of a derived class.

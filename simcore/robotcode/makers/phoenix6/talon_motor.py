@@ -1,4 +1,4 @@
-"""Simulated side of TalonFX and TalonFXS: motor volts out, rotor motion in; and their connection to a mechanism."""
+"""Ports of TalonFX and TalonFXS for motor voltage and rotor motion, and their connection to a mechanism."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["MotorType", "Talon", "TalonFXMotorSim", "TalonPort", "is_configured_
 _log = logging.getLogger(__name__)
 
 Talon: TypeAlias = TalonFX | TalonFXS
-"""CTRE motor controller."""
+"""Device object of a CTRE motor controller in robot code."""
 
 RotorWriter: TypeAlias = Callable[[float, float], None]
 """Function that takes the rotor position [rotations] and velocity [rotations/s]."""
@@ -49,7 +49,7 @@ def is_configured_clockwise(talon: Talon) -> bool:
 
 
 class TalonPort(MotorPort):
-    """Simulated side of one Talon.
+    """Port of one TalonFX or TalonFXS.
 
     `get_position` has the sign of the raw rotor position if the simulated orientation and the configured inversion are
     equal, else the opposite sign. Robot code and physics therefore agree on the positive direction with equal settings.
@@ -100,7 +100,10 @@ class TalonPort(MotorPort):
             self._supply = wanted
 
     def volts(self) -> float:
-        """Return the motor voltage [V]: as requested with the emulator, after current limits in CTRE's simulation."""
+        """Return the motor voltage [V].
+
+        The emulator returns the requested voltage, and CTRE's own simulation the voltage after current limits.
+        """
         volts = float(self._state.motor_voltage)
         if volts != 0.0:
             self._is_open = False
@@ -115,7 +118,7 @@ class TalonPort(MotorPort):
         return getattr(self._state, "limits", super().limits())
 
     def setpoint(self) -> Setpoint | None:
-        """Return the set-point of the closed loop, or None without one or with CTRE's own simulation."""
+        """Return the set-point of the closed loop; None without a closed loop or with CTRE's own simulation."""
         goal = getattr(self._state, "setpoint", None)
         return None if goal is None else Setpoint(*goal)
 
@@ -123,7 +126,7 @@ class TalonPort(MotorPort):
         """Return whether the motor circuit is open (coast) instead of shorted (brake).
 
         CTRE's own simulation reports 0 V for both neutral modes, but a current only for brake. At rest the modes cannot
-        be distinguished, so the last result is kept.
+        be distinguished, so the method returns the last result.
         """
         is_open: bool | None = getattr(self._state, "is_open", None)
         if is_open is not None:
@@ -134,14 +137,17 @@ class TalonPort(MotorPort):
         return self._is_open
 
     def show_motor(self, volts: float, amps: float) -> None:
-        """Write the modelled volts [V] and current [A]; no effect on CTRE's own simulation, which has its own model."""
+        """Write the modelled voltage [V] and current [A].
+
+        The method has no effect on CTRE's own simulation, which has its own model.
+        """
         if self._show is not None:
             self._show(volts, amps)
 
     def write(self, rotations: float, rps: float) -> None:
         """Write the rotor position [rotations] and velocity [rotations/s], with the sign of `volts`.
 
-        An encoder wired to a TalonFXS is written as well. The velocity is clamped to just below 160 rotations/s.
+        The method also writes an encoder wired to a TalonFXS, and clamps the velocity to just below 160 rotations/s.
 
         Raises:
             NonFiniteError: A value is not finite; nothing is written.
@@ -179,17 +185,18 @@ class TalonFXMotorSim(MotorSim):
     """Connection of a TalonFX or TalonFXS and its followers to a mechanism: flywheel, roller, arm, elevator, rack.
 
     By default, robot code and mechanism have the same sign: positive volts in robot code, with any configured
-    inversion, push the mechanism in its positive direction, and `get_position()` rises with `mechanism.position`. This
+    inversion, push the mechanism in the positive direction, and `get_position()` rises with `mechanism.position`. This
     holds for a clockwise shooter as well as for a clockwise hood that goes up. If the signs differ (robot code counts
-    down while the arm goes up), pass `reversed=True` and negate nothing elsewhere. A TalonFXS simulates the motor in
-    its configuration.
+    down while the arm goes up), pass `reversed=True` and negate nothing elsewhere. A simulated
+    TalonFXS has the motor of the configured motor arrangement.
 
     Args:
         talon: Device object of the leader in robot code.
         mechanism: Mechanism that the motors turn.
-        followers: Followers on the same shaft, whose rotors are written as well.
+        followers: Followers on the same shaft; `write` also writes their rotors.
         opposed: Indices of followers mounted face to face with the leader (`Follower` with OPPOSED).
-        inverted: Whether the leader is configured `CLOCKWISE_POSITIVE`; None to read it from the device (50 ms, once).
+        inverted: Whether the leader is configured `CLOCKWISE_POSITIVE`; None to read the inversion from the device,
+            which takes 50 ms.
         reversed: Whether positive output in robot code moves the mechanism in its negative direction.
         zero_at: Angle of the mechanism at which the rotor position reads zero [rad].
         motor_type: Motor of a TalonFX in the simulated device; None for the default Kraken X60.

@@ -46,7 +46,7 @@ class PhotonCameraPort:
     """NetworkTables table of one camera: publishes frames to each `PhotonCamera` of the same name, and reads requests.
 
     Append the port to `ports` of a `LimelightSim`. A frame takes about 1 ms, mostly for photonlib's packing. Pipeline,
-    driver mode and frame limit take effect; the LED mode is only echoed, and no images are saved.
+    driver mode and frame limit take effect; the port only echoes the LED mode, and saves no images.
 
     Args:
         config: Configuration of the camera.
@@ -112,7 +112,7 @@ class PhotonCameraPort:
         return requests
 
     def publish(self, frame: Frame) -> None:
-        """Publish a frame unless it exceeds the requested frame limit; in driver mode, omit the targets."""
+        """Publish a frame, without targets in driver mode; drop frames beyond the requested frame limit."""
         if frame.time - self._last < self._shortest - 1e-9:
             return
         self._last = frame.time
@@ -152,7 +152,7 @@ def _photonvision_version() -> str:
 def pipeline_result(frame: Frame, stamp: int) -> Any:
     """Convert a camera frame to a `PhotonPipelineResult`.
 
-    Targets are in PhotonVision's default order, largest first, so `getBestTarget` returns the largest.
+    Targets are in PhotonVision's default order, largest first, so `getBestTarget` returns the largest target.
 
     Args:
         frame: Frame of the camera.

@@ -1,7 +1,7 @@
 """Record of the photonlibpy objects that a robot program builds: cameras, camera models and camera mountings.
 
-Classes of photonlibpy are wrapped only when the program loads them, since most programs do not use them. Wrapped
-classes work as before, with two exceptions. A `PhotonCameraSim` publishes nothing if simcore publishes the results,
+This module wraps the classes of photonlibpy only when the program loads photonlibpy. Wrapped classes work as before,
+with two exceptions. A `PhotonCameraSim` publishes nothing if simcore publishes the results,
 so that each camera has one publisher. A `VisionSystemSim` is updated with the robot's true pose, because the program's
 own estimate would confirm itself.
 """
@@ -39,7 +39,7 @@ _SECOND = 1.0  # [s], largest plausible latency; a larger value is in millisecon
 
 @dataclass(slots=True, eq=False)
 class SeenEstimator:
-    """`PhotonPoseEstimator` that the program has built."""
+    """`PhotonPoseEstimator` that the program has built, and the estimator's camera."""
 
     estimator: Any
     after: str | None
@@ -59,10 +59,10 @@ class PhotonProgram:
     """PhotonVision objects of one robot program, in build order."""
 
     cameras: dict[str, Any] = field(default_factory=dict)
-    """Each `PhotonCamera` by camera name."""
+    """`PhotonCamera` objects by camera name."""
     estimators: list[SeenEstimator] = field(default_factory=list)
     simulated: dict[str, Any] = field(default_factory=dict)
-    """Each `PhotonCameraSim` of the program's own simulation, by camera name."""
+    """`PhotonCameraSim` objects of the program's own simulation, by camera name."""
     transforms: dict[str, Any] = field(default_factory=dict)
     """Robot-to-camera transform last passed to a `VisionSystemSim`, by camera name."""
     systems: dict[str, Any] = field(default_factory=dict)
@@ -72,9 +72,9 @@ class PhotonProgram:
     true_pose: Callable[[], Any] | None = None
     """Function that returns the robot's true pose as a `Pose3d`; None before the robot is on the field."""
     version: int = 0
-    """Number of changes so far: objects built, and new facts about them."""
+    """Number of changes so far to the recorded objects, their transforms and their cameras."""
     dropped: int = 0
-    """Number of dropped frames of the program's own simulation."""
+    """Number of frames from the program's own simulation that simcore has dropped."""
     _of_modules: tuple[list[dict[str, Any]], list[SeenEstimator]] | None = None
 
     def pair(self, estimator: Any, camera: str) -> None:
@@ -85,7 +85,7 @@ class PhotonProgram:
                 self.version += 1
 
     def begin(self) -> None:
-        """Drop the objects of the previous robot in this process, except those built at module level.
+        """Drop the objects of the previous robot in this process, except module-level objects.
 
         Robot code is imported only once, so module-level objects belong to every robot.
         """
@@ -114,7 +114,7 @@ def photon_program() -> PhotonProgram:
 
 @dataclass(frozen=True, slots=True)
 class FoundMount:
-    """Mounting of a camera found in the program."""
+    """Mounting of a camera as found in the program, and the source of the mounting."""
 
     mount: CameraMount
     source: str
@@ -126,9 +126,9 @@ class FoundMount:
 def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
     """Return the known camera mountings by camera name.
 
-    A `VisionSystemSim` names its cameras. A `PhotonPoseEstimator` has a transform but no camera, so it is matched to
-    the camera whose results it processes. Estimators without results are matched to the remaining cameras in build
-    order if the counts agree, else each to the camera built just before.
+    A `VisionSystemSim` names its cameras. A `PhotonPoseEstimator` has a transform but no camera, so the function
+    matches the estimator to the camera whose results the estimator processes. The function matches estimators without
+    results to the remaining cameras in build order if the counts agree, else to the camera built just before.
     """
     found: dict[str, FoundMount] = {}
     for name, transform in program.transforms.items():
@@ -150,9 +150,9 @@ def mounts(program: PhotonProgram) -> dict[str, FoundMount]:
 
 
 def lens_of(program: PhotonProgram, name: str) -> LimelightType:
-    """Return the model of a camera from its `SimCameraProperties`, or `PHOTON_LENS` if the program simulates no camera.
+    """Return the model of a camera from its `SimCameraProperties`, or `PHOTON_LENS` without a simulated camera.
 
-    Noise, latency and frame rate left at zero, photonlib's default, are taken from `PHOTON_LENS`.
+    Noise, latency and frame rate come from `PHOTON_LENS` if the program leaves photonlib's default of zero.
     """
     simulated = program.simulated.get(name)
     if simulated is None:
@@ -179,7 +179,7 @@ def lens_of(program: PhotonProgram, name: str) -> LimelightType:
 
 
 def pipeline_of(program: PhotonProgram, name: str) -> Pipeline:
-    """Return the pipeline of a camera: game pieces if its `VisionSystemSim` has only non-tag targets, else tags."""
+    """Return a piece pipeline for a camera whose `VisionSystemSim` has only non-tag targets, else a tag pipeline."""
     system = program.systems.get(name)
     targets = [] if system is None else system.getVisionTargets()
     return PiecePipeline() if targets and all(target.fiducialId < 0 for target in targets) else TagPipeline()
@@ -301,7 +301,7 @@ def _watch(
 
 
 def _surround(cls: Any, name: str, call: Callable[..., Any]) -> None:
-    """Replace a method by `call`, which receives the original method, the object and the arguments."""
+    """Replace a method with `call`, which receives the original method, the object and the arguments."""
     method = getattr(cls, name, None)
     if method is not None:
 
@@ -331,7 +331,7 @@ def _tag_results(camera: Any, results: Any, args: Arguments, settings: Settings)
 
 
 def _pair_camera(estimator: Any, _: Any, args: Arguments, settings: Settings) -> None:
-    """Match an estimator to the camera whose results it processes."""
+    """Match an estimator to the camera whose results the estimator processes."""
     for argument in (*args, *settings.values()):
         camera = getattr(argument, _TAG, None)
         if camera is not None:

@@ -1,6 +1,6 @@
-"""SPARKs that the robot program builds, changes of their configuration, and writes of the program's simulation.
+"""SPARKs that the robot program builds, counts of configuration changes, and a check of simulation writes.
 
-Recording starts when this module is imported, which is before the robot is built.
+Recording starts at the import of this module, before the robot object is built.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MODELS: dict[str, Any] = {"SPARK MAX": rev.SparkMax, "SPARK Flex": rev.SparkFlex
 """Device class in robot code, by product name as in the names of SimDevices."""
 
 SPARKS = BuiltDevices()
-"""SPARKs that the program has built."""
+"""Record of the SPARKs that the program has built."""
 
 _configured: dict[DeviceKey, int] = {}
 _centered: dict[DeviceKey, bool] = {}
@@ -101,7 +101,7 @@ def _note_sensor(sim: Any, sensor: Any, args: tuple[Any, ...], settings: dict[st
 
 
 def watch_simulations(may_write: Callable[[DeviceKey], bool]) -> None:
-    """Ask `may_write` before each write of a team's own simulation to SPARKs; see `Maker.watch_simulations`."""
+    """Check each write of a team's own simulation to a SPARK with `may_write`; see `Maker.watch_simulations`."""
     for cls in _SIMS:
         after_call(cls, "__init__", _note_simulation)
         for name in (season.own_name(cls, write) for write in _WRITES):

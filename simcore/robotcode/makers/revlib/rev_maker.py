@@ -25,7 +25,7 @@ rev = season.rev
 __all__ = ["MAKER"]
 
 _TURNS = (1.0, math.tau, 360.0)
-"""One turn in the units that robot code may use: turns, radians, degrees."""
+"""Size of one turn in the units that robot code may use: turns, radians, degrees."""
 
 
 class _Rev(Maker):
@@ -120,10 +120,11 @@ def _leader(device: BuiltDevice) -> tuple[Any, bool]:
 
 
 def _gearing(config: SparkConfiguration) -> float:
-    """Return the gearing between rotor and mechanism [-] from the conversion factors, or 1 if none is implied.
+    """Return the gearing between rotor and mechanism [-] from the conversion factors, or 1 without a factor.
 
-    A factor of 2 pi / 50 means a gearing of 50 in radians. The unit follows from an absolute encoder on the mechanism.
-    Without one, turns, radians and degrees are tried for a gearing that is a multiple of 1/4, then for any above 1.
+    A factor of 2 pi / 50 means a gearing of 50 in radians. An absolute encoder on the mechanism determines the unit.
+    Without an absolute encoder, the function tries turns, radians and degrees, first for a gearing that is a multiple
+    of 1/4, and then for any gearing above 1.
     """
     factor = abs(config.primary[0])
     if factor in (0.0, 1.0):
@@ -136,4 +137,4 @@ def _gearing(config: SparkConfiguration) -> float:
 
 
 MAKER = _Rev(SPARKS)
-"""REV's entry in `simcore.robotcode.program.makers`."""
+"""`Maker` of REV's motor controllers, for `simcore.robotcode.program.makers`."""

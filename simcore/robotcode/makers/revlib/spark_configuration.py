@@ -1,4 +1,4 @@
-"""Reader of a SPARK's configuration."""
+"""Reader that converts the configuration of a REVLib controller to `SparkConfiguration`."""
 
 from __future__ import annotations
 

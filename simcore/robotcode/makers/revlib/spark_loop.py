@@ -1,4 +1,4 @@
-"""Control law of a SPARK: 1 kHz loops that compute a duty cycle from a set-point and a sensor.
+"""Control law of a SPARK: 1 kHz loops that compute a duty cycle from a set-point and a sensor reading.
 
 Source: REV's closed-loop documentation (docs.revrobotics.com/revlib/spark/closed-loop: P on the error, I summed and D
 differenced once per 1 ms loop, feedforward in volts, MAXMotion profiles) and REVLib 2026.0's `SparkSim.iterate`, whose
@@ -55,7 +55,10 @@ class MotionLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SlotGains:
-    """Gains of one closed-loop slot in robot code's units; outputs are duty cycles, feedforward is in volts."""
+    """Gains of one closed-loop slot in robot code's units.
+
+    The output of PID is a duty cycle, and the output of feedforward is a voltage [V].
+    """
 
     p: float = 0.0
     i: float = 0.0
@@ -79,12 +82,12 @@ class SlotGains:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SparkConfiguration:
-    """SPARK settings that matter in simulation."""
+    """SPARK settings that affect the simulation."""
 
     brakes: bool = False
     """Whether the idle mode is brake instead of coast."""
     current_limit: float = 80.0
-    """Smart current limit, on the motor current [A]."""
+    """Smart current limit of the motor current [A]; 0 for no limit."""
     compensation: float | None = None
     """Nominal voltage of the voltage compensation [V]; None if disabled."""
     open_ramp: float = 0.0
@@ -123,18 +126,18 @@ class SparkConfiguration:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Request of robot code to a controller."""
+    """Request of robot code to a controller: control mode, set-point, slot and arbitrary feedforward."""
 
     mode: int = 0
     setpoint: float = 0.0
     slot: int = 0
     feed_forward: float = 0.0
-    """Arbitrary feedforward: voltage [V] or duty cycle [-]."""
+    """Arbitrary feedforward: duty cycle [-] if `feed_forward_is_duty`, else voltage [V]."""
     feed_forward_is_duty: bool = False
 
 
 class SparkLoop:
-    """Control loop of one controller, with the state of its PID and MAXMotion profile.
+    """Control loop of one controller, with the state of the PID controller and the MAXMotion profile.
 
     Args:
         config: Configuration, replaceable at any time; None for the defaults.
@@ -198,7 +201,7 @@ class SparkLoop:
     def _closed(
         self, loops: int, command: Command, gains: SlotGains, position: float, velocity: float, current: float
     ) -> tuple[float, float]:
-        """Return the PID output as a duty cycle [-], and the feedforward voltage [V]."""
+        """Return PID duty cycle [-] and feedforward voltage [V]; advance the profile in MAXMotion modes."""
         mode = command.mode
         if mode == ControlMode.POSITION:
             error = self.wrapped(command.setpoint - position)
@@ -225,13 +228,13 @@ class SparkLoop:
         return self._pid(loops, gains, error, rest), volts
 
     def _pid(self, loops: int, gains: SlotGains, error: float, rest: float) -> float:
-        """Return the PID output for a constant error over a number of loops; I is summed and D differenced per loop.
+        """Return the PID output after a number of 1 ms loops with a constant error.
 
         Args:
             loops: Number of loops.
             gains: Gains of the slot.
             error: Error from the set-point, or from the motion profile.
-            rest: Error from the set-point itself.
+            rest: Error from the set-point itself, compared with the allowed error.
         """
         self.is_at_setpoint = abs(rest) <= gains.allowed_error
         if abs(error) < gains.allowed_error:

@@ -1,4 +1,4 @@
-"""SPARKs on a mechanism, and encoders wired to the SPARKs of a drivetrain."""
+"""Connection of SPARKs to a mechanism, and port of an encoder wired to a drivetrain's SPARK."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ class SparkMotorSim(MotorSim):
     """Connection of a SPARK MAX or SPARK Flex and its followers to a mechanism.
 
     Robot code and mechanism have the same sign, as with `TalonFXMotorSim`: positive output in robot code, with any
-    configured inversion, pushes the mechanism in its positive direction, and the encoders count up.
+    configured inversion, pushes the mechanism in the positive direction, and the encoders count up.
 
     Args:
         controller: Device object of the leader in robot code.
         mechanism: Mechanism that the motors turn.
-        followers: Followers on the same shaft, whose encoders and currents are written as well.
+        followers: Followers on the same shaft; `write` also writes their encoders and currents.
         opposed: Indices of followers configured as inverted.
         reversed: Whether positive output in robot code moves the mechanism in its negative direction.
         zero_at: Angle of the mechanism at which the primary encoder reads zero [rad].
@@ -80,11 +80,11 @@ class SparkMotorSim(MotorSim):
 
 
 class WiredEncoder:
-    """Encoder wired to a SPARK of the drivetrain, as an `AnglePort`."""
+    """Port of an encoder that is wired to a SPARK of the drivetrain; implements `AnglePort`."""
 
     def __init__(self, port: SparkPort) -> None:
         self._port = port
 
     def write(self, angle: float, rate: float) -> None:
-        """Write the shaft angle [rad] and rate [rad/s]."""
+        """Write the angle [rad] and rate [rad/s] of the shaft to the encoder."""
         self._port.write_encoder(angle / math.tau, rate / math.tau)

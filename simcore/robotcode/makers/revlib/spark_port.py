@@ -32,7 +32,7 @@ ANALOG_SPAN = 3.3
 
 
 class _Sensor:
-    """SimDevice of a sensor wired to the controller.
+    """Access to the SimDevice of a sensor that is wired to a SPARK.
 
     Args:
         name: Name of the sensor's SimDevice.
@@ -50,13 +50,13 @@ class _Sensor:
 
 
 class _Encoder(_Sensor):
-    """Relative encoder, whose position robot code may set."""
+    """Relative encoder, which continues from a position that robot code sets."""
 
     _shown = 0.0  # last reading written; a different value has been set by robot code
     _shift = _turns = 0.0
 
     def write(self, turns: float, rps: float, factors: tuple[float, float]) -> tuple[float, float]:
-        """Set the shaft's turns and rate [rotations/s]; return position and velocity in robot code's units."""
+        """Write the shaft's position [rotations] and rate [rotations/s]; return both in robot code's units."""
         of_position, of_velocity = factors
         present = self._position.get()
         if present != self._shown and of_position:  # robot code has set the position
@@ -68,12 +68,12 @@ class _Encoder(_Sensor):
 
 
 class _AbsoluteEncoder(_Sensor):
-    """Absolute encoder, with a range of one turn and a fixed zero."""
+    """Absolute encoder with a range of one turn."""
 
     def write(
         self, turns: float, rps: float, factors: tuple[float, float], *, is_centered: bool = False
     ) -> tuple[float, float]:
-        """Set the shaft's turns and rate [rotations/s]; return position and velocity in robot code's units."""
+        """Write the shaft's position [rotations] and rate [rotations/s]; return both in robot code's units."""
         turn = (turns + 0.5) % 1.0 - 0.5 if is_centered else turns % 1.0
         return self._show(turn * factors[0], rps * 60.0 * factors[1])
 
@@ -82,21 +82,21 @@ class _AnalogSensor(_Sensor):
     """Absolute encoder on the data port's analog pin: 0 to 3.3 V per turn."""
 
     def write(self, turns: float, rps: float, factors: tuple[float, float]) -> tuple[float, float]:
-        """Set the shaft's turns and rate [rotations/s]; return position and velocity in robot code's units."""
+        """Write the shaft's position [rotations] and rate [rotations/s]; return both in robot code's units."""
         volts = (turns % 1.0) * ANALOG_SPAN
         self._device.get_double("Voltage").set(volts)
         return self._show(volts * factors[0], rps * ANALOG_SPAN * factors[1])
 
 
 class SparkPort(MotorPort):
-    """Simulated side of one SPARK: control loops, requests of robot code and readings.
+    """Port of one SPARK: control loops, requests of robot code and sensor readings.
 
     Physics calls `run` for the loops, reads `volts` and calls `write` for the sensors. The loops run on the physics
     clock, in real time and in simulated time. On a mechanism, the port is part of a `SparkMotorSim`.
 
     Args:
         device: `SparkMax` or `SparkFlex` of the robot program.
-        sign: -1 if positive in robot code is negative for the mechanism, else 1.
+        sign: -1 if the positive direction in robot code is the mechanism's negative direction, else 1.
 
     Raises:
         ConfigError: The device was built before simcore was imported.
@@ -287,7 +287,7 @@ def _loop_of(controller: Any) -> SparkLoop | None:
 
 
 def _answer_from_loops() -> None:
-    """Make closed-loop controllers report at-set-point state, integral and profile set-point from `SparkLoop`."""
+    """Replace methods of closed-loop controllers to return state, integral and profile set-point of `SparkLoop`."""
     cls: Any = rev.SparkClosedLoopController
     for name, read in (
         ("is_at_setpoint", lambda loop: loop.is_at_setpoint),
