@@ -675,7 +675,8 @@ def integrate(balls, memory, solids, bodies, floor, listed, force, first, last, 
             if b >= 0:
                 by_bodies += push
                 seen[i] |= bodies[b].model.mark
-                apply_impulse(bodies[b], -h * gx, -h * gy, -h * gz, ax, ay, az)
+                if bodies[b].is_awake or not (is_asleep and bodies[b].model.swings):
+                    apply_impulse(bodies[b], -h * gx, -h * gy, -h * gz, ax, ay, az)
         contacts[i] = touched
         if touched > 0:
             is_touched[i] = 1
@@ -872,6 +873,8 @@ def any_moves(balls, bodies):
     vel, rate = bodies.vel, bodies.rate
     for b in range(len(bodies)):
         if bodies[b].is_active:
+            if bodies[b].model.swings and bodies[b].is_awake:
+                return True
             for k in range(3):
                 if abs(vel[b, k]) > _STANDING or abs(rate[b, k]) > _STANDING:
                     return True

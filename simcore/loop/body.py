@@ -29,6 +29,7 @@ __all__ = [
     "add_touch",
     "apply_force",
     "apply_impulse",
+    "change_velocity",
     "drift",
     "find_spring",
     "kick_and_drift",
@@ -890,16 +891,21 @@ def _press_swinging(fleet, r, body, other, b, hits, k, is_edge, count, h):
         stiffness = point.model.stiffness
         damping = point.model.damping
         friction = 0.0 if point.model.is_wheel and other.model.carries else _RUBS
-    load, fx, fy, fz = _press(
-        robot, r, fleet.springs, key, fleet.clock[0], hits[k, 2], nx, ny, nz, ax, ay, az, ux, uy, uz,
-        limited_stiffness(stiffness, mobility, max(count, _SHARING), h), limited_damping(damping, mobility, count, h),
-        along, friction, h,
-    )  # fmt: skip
-    if load > 0.0:
-        if not is_edge and friction == 0.0:  # the tire model computes the friction of wheels
+    stiffness = limited_stiffness(stiffness, mobility, max(count, _SHARING), h)
+    damping = limited_damping(damping, mobility, count, h)
+    if not is_edge and friction == 0.0:  # the tire model computes the friction of wheels
+        load = stiffness * hits[k, 2] - damping * (ux * nx + uy * ny + uz * nz)
+        fx, fy, fz = load * nx, load * ny, load * nz
+        if load > 0.0:
             point = fleet.points[int(hits[k, 0])]
             point.on = b
             _add_load(point, load, nx, ny, nz, ax, ay, az)
+    else:
+        load, fx, fy, fz = _press(
+            robot, r, fleet.springs, key, fleet.clock[0], hits[k, 2], nx, ny, nz, ax, ay, az, ux, uy, uz, stiffness,
+            damping, along, friction, h,
+        )  # fmt: skip
+    if load > 0.0:
         apply_force(robot, ax, ay, az, fx, fy, fz)
         apply_impulse(other, -h * fx, -h * fy, -h * fz, cx, cy, cz)
         add_touch(robot, other.model.row)

@@ -483,6 +483,7 @@ def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: boo
     update_axes(body)
     x = body.pos[0]
     y = body.pos[1]
+    clock = fleet.clock[0]
     for _ in range(int(_SETTLES / h)):
         for k in range(3):
             robot.press[k] = 0.0
@@ -506,6 +507,9 @@ def settle(fleet: Fleet, r: int, bodies: Records, solids: Solids, has_floor: boo
         body.com[1] += y - body.pos[1]
         body.pos[0] = x
         body.pos[1] = y
+    fleet.clock[0] = clock  # the contacts of other robots continue
+    for s in range(fleet.springs.shape[1]):
+        fleet.springs[r, s].stamp = clock - 2
     for k in range(3):
         body.vel[k] = 0.0
         body.rate[k] = 0.0

@@ -15,7 +15,7 @@ import numpy as np
 from simcore.loop.balls import advance_balls, any_moves, depth_at, drift_balls, end_balls, list_contacts
 from simcore.loop.body import drift, kick_and_drift, update_axes
 from simcore.loop.compiled import compiled, inner, preparing
-from simcore.loop.robot_state import BODY, ROBOT, STEP, Fleet, Records, no_robots, records
+from simcore.loop.robot_state import BODY, ROBOT, SPRING, SPRINGS, STEP, Fleet, Records, no_robots, records
 from simcore.loop.robots import advance_robots, begin_robots, end_robots, settle
 from simcore.loop.solids import NO_SOLIDS, Solids, find_in_box, first_hits
 from simcore.loop.state import Balls, Floor, Memory, make_balls, make_memory
@@ -113,7 +113,8 @@ def _drift_bodies(bodies, h, call):
 @cache
 def prepare() -> None:
     """Compile the loop, or load the machine code from the cache, so that no tick waits for the compiler."""
-    fleet, bodies, start = no_robots()._replace(robots=records(ROBOT)), records(BODY), np.zeros((1, 3))
+    fleet = no_robots()._replace(robots=records(ROBOT), springs=records(SPRING, SPRINGS).reshape(1, SPRINGS))
+    bodies, start = records(BODY), np.zeros((1, 3))
     for name in ("mass", "inertia"):
         bodies["model"][name] = 1.0
     bodies["quat"] = 0.0, 0.0, 0.0, 1.0

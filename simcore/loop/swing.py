@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from simcore.loop.body import (
-    apply_impulse,
+    change_velocity,
     limited_damping,
     limited_stiffness,
     list_near,
@@ -199,4 +199,5 @@ def _press_ends(body, outward, plane, first, last, ends, n, h):
         load = limited_stiffness(_RIGID, mobility, _SOFTER * count, h) * cosine * depth
         load -= limited_damping(_RIGID, mobility, count, h) * (ux * nx + uy * ny + uz * nz)
         if load > 0.0:
-            apply_impulse(body, h * load * nx, h * load * ny, h * load * nz, ax, ay, az)
+            jx, jy, jz = h * load * nx, h * load * ny, h * load * nz  # not in `body.impulse`: a body on stops may sleep
+            change_velocity(body, jx, jy, jz, ay * jz - az * jy, az * jx - ax * jz, ax * jy - ay * jx)

@@ -316,8 +316,8 @@ class GamePieceManager:
 
         The engine would throw piece and robot apart.
         """
-        half = 0.8 * bounding_box(shape)[1]
-        for offset in ((0.0, 0.0, 0.0), *np.diag(half).tolist(), *np.diag(-half).tolist()):
+        low, high = bounding_box(shape)
+        for offset in ((0.0, 0.0, 0.0), *np.diag(0.8 * low).tolist(), *np.diag(0.8 * high).tolist()):
             robot = self._world.robots.containing(np.add(pos, rotate(quat, offset)).tolist())
             if robot >= 0:
                 self._leave(slot, robot)

@@ -53,6 +53,7 @@ class DriveBench:
         self.world.set_pose(self.chassis.row, (0.0, 0.0, 0.0), from_yaw(yaw))
         self.world.set_velocity(self.chassis.row, (vx, vy, 0.0), (0.0, 0.0, omega))
         self.chassis.read()
+        self.chassis.apply_forces((0.0, 0.0, 0.0))
         self._lifting = 0.0
         self.time = 0.0
 
@@ -61,6 +62,7 @@ class DriveBench:
         mass = self.chassis.distribution.mass
         self.world.set_pose(self.chassis.row, (*self.chassis.pos[:2], 1.0), self.chassis.quat)
         self._lifting = mass * GRAVITY
+        self.chassis.apply_forces((0.0, 0.0, self._lifting))
 
     def step(self, h: float, *, force: Vector = (0.0, 0.0, 0.0)) -> None:
         """Advance the bench by one time step.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from simcore.loop.body import kick_and_drift
 from simcore.loop.robot_state import BODY, Records, join, records
 from simcore.typing import FloatArray
 from simcore.world.engine import Engine
-from simcore.world.rotation import IDENTITY, Quaternion, Vector, matrix
+from simcore.world.rotation import IDENTITY, Quaternion, Vector, matrix, rotate, rotate_back
 from simcore.world.shapes import Shape, bounding_radius
 from simcore.world.solids_builder import SolidsBuilder
 
@@ -129,6 +129,26 @@ class Bodies:
         number = self.number_of.get(row, -1)
         return number in self.robots or number in self.swinging
 
+    def turn(self, row: int, quat: Quaternion) -> None:
+        """Turn a swinging body about the pivot to an attitude, at rest, and wake the body."""
+        body = self.records[self.number_of[row]]
+        arm = rotate_back(body["quat"].tolist(), (body["pos"] - body["com"]).tolist())
+        body["quat"], body["axes"], body["rate"], body["is_awake"] = quat, matrix(quat), 0.0, 1
+        body["pos"] = body["com"] + rotate(quat, arm)
+
+    def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
+        """Set the velocity of a robot [m/s, rad/s], or the angular velocity of a swinging body, and wake the body.
+
+        A pivot is at rest. A hinged body takes the component of the angular velocity along the hinge.
+        """
+        body = self.records[self.number_of[row]]
+        hinge = int(body["model"]["hinge"])
+        body["is_awake"], body["rate"] = 1, angular
+        if not body["model"]["swings"]:
+            body["vel"] = linear
+        elif hinge >= 0:
+            body["rate"] = np.where(np.arange(3) == hinge, angular, 0.0)
+
     # --- the engine's bodies --------------------------------------------------------------------------------------
 
     def show_to(self, engine: Engine, before: FloatArray, h: float, gravity: float) -> None:
@@ -161,9 +181,9 @@ class Bodies:
             engine.set_velocity(row, (vx, vy, vz + gravity * h), rate.tolist())
 
     def note_touched(self, engine: Engine) -> None:
-        """Note the robots and awake swinging bodies that touch one of the engine's bodies, after an engine's step."""
-        moving = {*self.robots, *self.swinging} - self._resting - self._touched
-        self._touched |= {number for number in moving if engine.touching(self.rows[number])}
+        """Note the robots and swinging bodies that touch one of the engine's bodies, after an engine's step."""
+        others = {*self.robots, *self.swinging} - self._touched
+        self._touched |= {number for number in others if engine.touching(self.rows[number])}
 
     def take_from(self, engine: Engine, before: FloatArray, h: float) -> None:
         """Apply the velocity change from contacts with the engine's bodies in h [s] to robots and swinging bodies.
@@ -177,17 +197,23 @@ class Bodies:
             h: Length of the step [s].
         """
         for number in sorted(self._touched | self._resting):
-            body = self.records[number]
-            linear, angular = engine.velocity(self.rows[number])
+            body, row = self.records[number], self.rows[number]
+            linear, angular = engine.velocity(row)
+            if number in self._resting and number not in self._touched:
+                if any(linear) or any(angular):  # a near body has woken the engine's copy, which would fall
+                    engine.set_pose(row, before[number, :3].tolist(), before[number, 3:].tolist())
+                    engine.sleep(row)
+                continue
             vel, rate = linear - body["mean_twist"][:3], angular - body["mean_twist"][3:]
             if body["model"]["swings"]:
                 arm, axes = before[number, :3] - body["com"], matrix(before[number, 3:].tolist())
                 vel = linear - np.cross(body["mean_twist"][3:], arm)
-                spin = axes @ (self._moments[number] * (rate @ axes))
-                rate = axes @ (((spin + np.cross(arm, body["model"]["mass"] * vel)) @ axes) / body["model"]["inertia"])
+                spin = axes @ (self._moments[number] * (rate @ axes)) + np.cross(arm, body["model"]["mass"] * vel)
+                rate = axes @ ((spin @ axes) / body["model"]["inertia"])
                 vel = np.zeros(3)
                 if not rate.any():
                     continue
                 body["is_awake"] = 1
+                body["impulse"][3:] += spin
             _kick_and_drift(self.records, number, *vel.tolist(), *rate.tolist(), h)
         self._touched.clear()

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from simcore.errors import ConfigError
+from simcore.errors import ConfigError, NonFiniteError
 from simcore.loop.robot_state import Records
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, MASS, Quantity, require_fields
 from simcore.typing import Alliance
@@ -145,8 +145,14 @@ class HangingBody:
 
         The pivot supports the force component along the line from the point to the pivot, and takes the torque about
         the line from the center of mass of a body on a chain to the pivot.
+
+        Raises:
+            NonFiniteError: If the force is not finite.
         """
+        if not all(map(math.isfinite, force)):
+            raise NonFiniteError(f"{self.config.name}: a force must be finite [N], got {force}")
         record, torque = self._record[0], np.array(cross(self._arm(place), force))
+        self._still = 0.0
         if self.config.hinge is None:
             arm = np.array(self._arm(self.pos))
             torque -= arm * (torque @ arm) / (arm @ arm)

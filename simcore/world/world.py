@@ -58,10 +58,12 @@ class CollisionGroup:
     PIECE = 2
     """Game pieces that are not balls; the engine has no balls."""
     ROBOT = 4
-    """Robots and swinging bodies, which the loop moves."""
+    """Robots, which the loop moves."""
+    SWINGING = 8
+    """Bodies on a pivot, which the loop moves."""
 
 
-_PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
+_PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT | CollisionGroup.SWINGING
 _SWINGS = 0.03  # [m]; smallest distance of a placed robot from a swinging body
 
 
@@ -312,7 +314,7 @@ class PhysicsWorld:
         ix, iy, iz = (mass * np.diag(mass_properties(shape).inertia)).tolist()
         row = self._add(
             *(name, shape, pos, surface), mass=mass, inertia=(ix, iy, iz), keeps_spin=False,
-            group=CollisionGroup.ROBOT, mask=CollisionGroup.PIECE,
+            group=CollisionGroup.SWINGING, mask=CollisionGroup.PIECE,
         )  # fmt: skip
         self.bodies.add(
             row, shape, factors(surface), mass, (ix, iy, iz), pivot=pivot, pos=_checked_pos(name, pos),
@@ -326,7 +328,9 @@ class PhysicsWorld:
         self.engine.set_collision(row, CollisionGroup.PIECE if touchable else 0, mask if touchable else 0)
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
-        """Place a body at rest at a position [m] and attitude, field frame, and wake a body that the engine moves.
+        """Place a body at rest at a position [m] and attitude, field frame, and wake the body.
+
+        The pivot sets the position of a swinging body, whatever `pos` is.
 
         Raises:
             NonFiniteError: If a value is not finite or the quaternion is zero; the pose then does not change.
@@ -340,13 +344,7 @@ class PhysicsWorld:
             self.robots.put(row, at, (a / norm, b / norm, c / norm, d / norm))
             return
         if self.bodies.is_moved_by_loop(row):
-            body = self.bodies.of(row)
-            body["pos"], body["quat"], body["rate"], body["is_awake"] = (
-                at,
-                (a / norm, b / norm, c / norm, d / norm),
-                0,
-                1,
-            )
+            self.bodies.turn(row, (a / norm, b / norm, c / norm, d / norm))
             return
         self.engine.set_pose(row, at, (a / norm, b / norm, c / norm, d / norm))
         self.engine.wake(row)
@@ -362,8 +360,7 @@ class PhysicsWorld:
                 f"{self._names[row]}: velocity must be finite [m/s, rad/s], got {tuple(linear)}, {tuple(angular)}"
             )
         if self.bodies.is_moved_by_loop(row):
-            body = self.bodies.of(row)
-            body["vel"], body["rate"], body["is_awake"] = linear, angular, 1
+            self.bodies.set_velocity(row, linear, angular)
             return
         self.engine.wake(row)
         self.engine.set_velocity(row, linear, angular)

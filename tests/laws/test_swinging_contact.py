@@ -178,3 +178,47 @@ def test_a_thrown_tube_transfers_its_momentum_to_a_swinging_body(config):
         swing = 0.5 * inertia * body.rate[1] ** 2 + config.mass * GRAVITY * config.drop * (1.0 - math.cos(angle))
         gained = math.sqrt(2.0 * inertia * swing)
         assert gained == pytest.approx(2.0 * (5.0 - after) * (PIVOT[2] - 0.45), rel=0.1)
+
+
+def test_a_body_whose_velocity_or_pose_is_set_stays_on_its_pivot():
+    with PhysicsWorld() as world:
+        cage, plate = HangingBody(world, CAGE), HangingBody(world, PLATE)
+        world.set_velocity(cage.row, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+        world.set_velocity(plate.row, (1.0, 0.0, 0.0), (0.3, 0.1, 0.3))
+        for _ in range(100):
+            world.step(0.005)
+        assert math.dist(cage.pos, PIVOT) == pytest.approx(CAGE.drop, abs=1e-9)
+        assert plate.rate[0] == plate.rate[2] == 0.0
+        world.set_pose(cage.row, (0.0, 0.0, 0.0), from_rpy(0.0, 0.4, 0.0))
+        assert cage.pos == pytest.approx((4.0 - 1.2 * math.sin(0.4), 4.0, 1.6 - 1.2 * math.cos(0.4)))
+
+
+def test_a_body_at_rest_on_its_stop_falls_asleep():
+    """Without a spring the plate lies on the carpet at one end, where the stop carries a part of its weight."""
+    with PhysicsWorld() as world:
+        plate = HangingBody(world, PLATE)
+        world.set_velocity(plate.row, (0.0, 0.0, 0.0), (0.0, 0.2, 0.0))
+        for _ in range(400):
+            world.step(0.02)
+            plate.after_tick(0.02)
+        angle = plate.angle
+        assert abs(angle) > 0.1 and not plate.is_awake
+        world.step(0.005)
+        assert plate.angle == angle
+
+
+def test_a_piece_released_inside_a_robot_on_a_plate_lies_on_the_plate():
+    """The piece ignores the robot alone until the piece is outside the robot."""
+    tube = GamePieceConfig(name="Tube", shape=Cylinder(0.057, 0.3), mass=0.65)
+    drive = SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0))
+    game = Game.bare(robot=lambda: RobotConfig(drivetrain=drive), pieces=(PieceSupply(tube, 2),))
+    field = replace(game.field, hanging=(replace(PLATE, spring=5000.0, damping=4.0),))
+    with Match(replace(game, field=field), robots=[RobotEntry(start=(2.0, 4.0, 0.0))]) as match:
+        (robot,) = match.robots
+        robot.carry_to((6.0, 4.0, 0.0))
+        match.play(1.0)
+        top = robot.chassis.pos[2]
+        slot = int(match.pieces.spawn("Tube", np.array([(6.0, 4.0, top + 0.3)]))[0])
+        match.play(1.5)
+        assert top - 0.02 < match.pieces.state.pos[slot, 2] < top + 0.2
+        assert math.dist(robot.chassis.pos, (6.0, 4.0, top)) < 0.01
