@@ -591,8 +591,9 @@ def way_off(fx, fy, fz, gx, gy, gz, ex, ey, ez):
 def _find_edges(fleet, r, bodies, p, solids, s, ends, keys, hits, first):
     """Find the contacts of the edges of a solid of the field, or of a swinging body, with the box of bumpers or frame.
 
-    The contacts have the normal of the face with the smallest displacement that moves the box off all edges. The
-    function stores them in `hits`, see `_note_hit`, from row `first` on, and returns the index after the last one.
+    The contacts have the normal of the face with the smallest displacement that moves the box off all edges; those with
+    a swinging body have the normal of `way_off`. The function stores the contacts in `hits`, see `_note_hit`, from row
+    `first` on, and returns the index after the last one.
     """
     robot = fleet.robots[r]
     body = bodies[robot.model.body]
@@ -654,9 +655,11 @@ def _find_edges(fleet, r, bodies, p, solids, s, ends, keys, hits, first):
             quat, ends[k, 0] + part.x - center[0], ends[k, 1] + part.y - center[1], ends[k, 2] + middle - center[2]
         )  # fmt: skip
         fx, fy, fz = (sign if axis == 0 else 0.0, sign if axis == 1 else 0.0, sign if axis == 2 else 0.0)
-        clips = int(ends[k, 3])
-        gx, gy, gz = (1.0 if clips == 0 else 0.0, 1.0 if clips == 1 else 0.0, 1.0 if clips == 2 else 0.0)
-        nx, ny, nz, cosine = way_off(fx, fy, fz, gx, gy, gz, ends[k, 4], ends[k, 5], ends[k, 6])
+        nx, ny, nz, cosine = fx, fy, fz, 1.0
+        if owner >= 0:  # in a solid of the field, this normal would hold a robot at the foot of a bump
+            clips = int(ends[k, 3])
+            gx, gy, gz = (1.0 if clips == 0 else 0.0, 1.0 if clips == 1 else 0.0, 1.0 if clips == 2 else 0.0)
+            nx, ny, nz, cosine = way_off(fx, fy, fz, gx, gy, gz, ends[k, 4], ends[k, 5], ends[k, 6])
         nx, ny, nz = rotate(quat, -nx, -ny, -nz)  # the robot moves away from the edge
         depth = cosine * (half[axis] - sign * ends[k, axis])
         _note_hit(hits, first + k, p, keys[k], depth, nx, ny, nz, ax, ay, az)
