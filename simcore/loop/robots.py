@@ -96,6 +96,9 @@ def advance_robots(
     n = len(fleet.robots)
     found = np.zeros((2, 7))
     fleet.clock[0] += 1
+    has_swinging = False
+    for b in range(len(bodies)):
+        has_swinging = has_swinging or bodies[b].model.swings == 1
     for r in range(n):
         robot = fleet.robots[r]
         for k in range(3):
@@ -111,7 +114,8 @@ def advance_robots(
         if robot.is_upright:
             touch_outlines(fleet, r, body, h, found)
         touch_field(fleet, r, bodies, solids, has_floor, h)
-        touch_swinging(fleet, r, bodies, solids, h)
+        if has_swinging:
+            touch_swinging(fleet, r, bodies, solids, h)
         for q in range(r + 1, n):
             if _are_near(robot, fleet.robots[q], body, bodies[fleet.robots[q].model.body]):
                 if _meet_in_plan(fleet, robot, fleet.robots[q]):
